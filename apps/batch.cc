@@ -1,4 +1,5 @@
-// kinegraph-batch: recordings x configurations, each in its own folder.
+// kinegraph-batch: runs every recording with every configuration, each in its
+// own folder.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -20,14 +21,14 @@
 
 DEFINE_string(manifest, "",
               "recordings and configurations (TOML, docs/batch.md)");
-DEFINE_string(out, "", "folder of the results; made if missing");
-DEFINE_int32(jobs, 0, "tasks at once; 0: as many as there are processors");
+DEFINE_string(out, "", "folder of the results; created if missing");
+DEFINE_int32(jobs, 0, "number of parallel tasks; 0: one per processor");
 DEFINE_bool(resume, false, "continue a batch that was stopped");
-DEFINE_bool(merge, false, "only make the tables of the tasks that are done");
+DEFINE_bool(merge, false, "only write the tables of the finished tasks");
 DEFINE_bool(list, false, "print the names of the tasks and exit");
 DEFINE_string(task, "",
-              "run this task alone, TAKE/CONFIGURATION or its number from 0; "
-              "implies --resume and makes no tables");
+              "run only this task, named TAKE/CONFIGURATION or by its number "
+              "from 0; implies --resume and writes no tables");
 
 namespace kinegraph {
 namespace {
@@ -46,11 +47,11 @@ const Task& ChosenTask(const std::vector<Task>& tasks) {
     }
   }
   throw InputError("--task: '" + Printable(FLAGS_task) +
-                   "' is no task; --list prints their names");
+                   "' is no task; --list prints the names of all tasks");
 }
 
-// Tasks not done yet. Results of other settings are never mixed in and never
-// removed.
+// The tasks not done yet. Throws if there are results of other settings, which
+// are neither reused nor removed.
 std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
   std::vector<Task> missing;
   size_t done = 0;
@@ -67,7 +68,7 @@ std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
   if (done > 0 && !resume) {
     throw InputError(
         FLAGS_out, "",
-        fmt::format("{} tasks are done already; --resume runs the others",
+        fmt::format("{} tasks are already done; --resume runs the others",
                     done));
   }
   return missing;

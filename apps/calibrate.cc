@@ -34,19 +34,23 @@
 DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_string(
     cameras, "",
-    "calibration whose focal lengths and lenses are used; its poses are not");
-DEFINE_string(image_size, "", "size of the images [px] without --cameras: W,H");
+    "calibration whose focal lengths and lenses are used; its poses are "
+    "ignored");
+DEFINE_string(image_size, "",
+              "image size W,H [px]; required without --cameras");
 DEFINE_string(focal, "",
-              "focal length [px] of all views, or one of each: PX[,PX...]; "
+              "focal length [px] of all views, or one per view: PX[,PX...]; "
               "without it fields of view of 40 to 90 degrees are tried");
 DEFINE_double(
     focal_error, 1.0,
-    "how far the lengths of --focal may be off [%]; 0: they are exact");
-DEFINE_bool(in_step, false, "the cameras share a trigger: no clock differs");
+    "standard deviation of the given focal lengths [%]; 0: they are exact");
+DEFINE_bool(in_step, false,
+            "the cameras share a trigger, so their clocks agree");
 DEFINE_double(scale, 0.0, "height of the people [m]");
-DEFINE_string(distance, "", "distance of two joints [m]: JOINT,JOINT,METRES");
+DEFINE_string(distance, "",
+              "distance between two joints [m]: JOINT,JOINT,METRES");
 DEFINE_string(cameras_apart, "",
-              "distance of two cameras [m]: VIEW,VIEW,METRES");
+              "distance between two cameras [m]: VIEW,VIEW,METRES");
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] if the files do not specify it; never guessed");
 DEFINE_string(skeleton, "",
@@ -55,7 +59,8 @@ DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(to, "kinegraph",
               "format of the calibration (`convert --formats` lists them)");
 DEFINE_string(out, "",
-              "calibration to write; NAME.calibrate.json goes beside it");
+              "calibration to write; the report NAME.calibrate.json is written "
+              "beside it");
 
 namespace kinegraph {
 namespace {
@@ -91,7 +96,7 @@ KnownLength LengthOfFlags() {
                     (FLAGS_cameras_apart.empty() ? 0 : 1);
   if (given > 1) {
     throw InputError(
-        "--scale, --distance, --cameras_apart: expected one of them");
+        "--scale, --distance, --cameras_apart: expected at most one of them");
   }
   if (FLAGS_scale != 0.0) {
     return {KnownLength::Kind::kStature,
@@ -109,7 +114,8 @@ KnownLength LengthOfFlags() {
       throw InputError(found + ", expected two names and metres: A,B,METRES");
     }
     if (parts[0] == parts[1]) {
-      throw InputError(found + " names one twice, expected two");
+      throw InputError(
+          found + " names the same one twice, expected two different ones");
     }
     return {kind, MetresOf(NumberOf(parts[2], flag), flag, most), parts[0],
             parts[1]};
@@ -128,7 +134,7 @@ int SideOf(const std::string& text) {
 }
 
 // Throws if too many joints are far outside the image, which means that the
-// image size is wrong: detectors place few joints outside, and those near the
+// image size is wrong: detectors place few joints outside, and these near the
 // edge.
 void CheckInside(const DetectionSequence& detections, int width, int height) {
   constexpr double kBeyond = 0.05;      // of the image's sides
@@ -150,23 +156,23 @@ void CheckInside(const DetectionSequence& detections, int width, int height) {
     }
     if (beyond <= kMostBeyond * found) continue;
     throw InputError(fmt::format(
-        "--image_size: {:.0f} % of the joints of view '{}' lie outside of {} x "
-        "{} px; expected the size of the images that the detector saw",
+        "--image_size: {:.0f} % of the joints of view '{}' lie outside {} x {} "
+        "px; expected the size of the images on which the detector ran",
         100.0 * beyond / found, Printable(detections.header.view_names[v]),
         width, height));
   }
 }
 
-// Pinhole cameras with the principal point at the image's centre: the start of
-// the estimation.
+// Pinhole cameras with the principal point at the image centre, as initial
+// values of the estimation.
 CameraRig RigOfFlags(const DetectionSequence& detections) {
   const std::vector<std::string>& views = detections.header.view_names;
   const std::vector<std::string> size =
       ParseList(FLAGS_image_size, "image_size");
   if (size.size() != 2) {
     throw InputError(
-        "--image_size: expected W,H [px], or --cameras with a calibration "
-        "whose focal lengths hold");
+        "--image_size: expected W,H [px]; or give --cameras with a calibration "
+        "that has the right focal lengths");
   }
   const int width = SideOf(size[0]);
   const int height = SideOf(size[1]);
@@ -177,7 +183,7 @@ CameraRig RigOfFlags(const DetectionSequence& detections) {
   }
   if (focal.size() > 1 && focal.size() != views.size()) {
     throw InputError(fmt::format(
-        "--focal: {} lengths for {} views, expected one or one of each",
+        "--focal: {} lengths for {} views, expected one, or one per view",
         focal.size(), views.size()));
   }
   CameraRig cameras;
@@ -206,8 +212,8 @@ CalibrationInput InputOfFlags(const RunOptions& options,
   if (!FLAGS_cameras.empty()) {
     if (!FLAGS_focal.empty() || !FLAGS_image_size.empty()) {
       throw InputError(
-          "--focal, --image_size: --cameras has focal lengths and image sizes "
-          "already");
+          "--focal, --image_size: cannot be combined with --cameras, which "
+          "specifies both");
     }
     input.cameras = ReadCameras(FLAGS_cameras, options.cameras);
     // Measured focal lengths are exact unless --focal_error is given.
@@ -229,7 +235,7 @@ CalibrationInput InputOfFlags(const RunOptions& options,
 constexpr std::array kMetreFrom = {"population", "scale", "distance",
                                    "cameras_apart"};
 
-// null if there were no halves to hold out.
+// null if nothing was held out.
 Json NumberOrNull(double px) { return px > 0.0 ? Json(px) : Json(); }
 
 std::string JsonReport(const RecordingCalibration& recording,
@@ -296,19 +302,20 @@ std::string LeftOutText(const RigResult& rig) {
                                 name));
   }
   return parts.empty() ? ""
-                       : fmt::format("left out   {}\n", fmt::join(parts, ", "));
+                       : fmt::format("held out   {}\n", fmt::join(parts, ", "));
 }
 
 std::string MetreText(const RecordingCalibration& recording,
                       const KnownLength& length) {
   const double percent = 100.0 * recording.scale_sigma;
   if (recording.stature_m <= 0.0) {
-    return fmt::format("all lengths within {:.2g} %\n", percent);
+    return fmt::format("all lengths +- {:.2g} %\n", percent);
   }
-  return fmt::format(
-      "people {} {:.2f} m tall, all lengths within {:.2g} %\n",
-      length.kind == KnownLength::Kind::kPopulation ? "count as" : "are",
-      recording.stature_m, percent);
+  return fmt::format("people {} {:.2f} m tall, all lengths +- {:.2g} %\n",
+                     length.kind == KnownLength::Kind::kPopulation
+                         ? "are assumed to be"
+                         : "are",
+                     recording.stature_m, percent);
 }
 
 std::string FindingsText(const RecordingCalibration& recording,
@@ -319,8 +326,8 @@ std::string FindingsText(const RecordingCalibration& recording,
     text += "  - " + reason + "\n";
   }
   if (recording.rig.verdict == RigVerdict::kRefused) return text;
-  text += fmt::format("{:<10} {:>8} {:>8} {:>8} {:>8}\n", "view", "deg", "mm",
-                      "px", "clock ms");
+  text += fmt::format("{:<10} {:>8} {:>8} {:>8} {:>8}\n", "view", "+- deg",
+                      "+- mm", "px", "clock ms");
   for (size_t v = 0; v < views.size(); ++v) {
     const RigView& view = recording.rig.views[v];
     const std::string name = Printable(views[v]);
@@ -334,8 +341,9 @@ std::string FindingsText(const RecordingCalibration& recording,
   }
   return text + LeftOutText(recording.rig) + MetreText(recording, length) +
          "floor      " +
-         (recording.ground.has_value() ? "from the feet, z up"
-                                       : "unknown: no feet rest on it") +
+         (recording.ground.has_value()
+              ? "from the feet, z up"
+              : "unknown: no resting feet were found") +
          "\n";
 }
 
@@ -368,8 +376,8 @@ void WriteCalibration(const RecordingCalibration& recording,
   }
   LostFields lost_fields;
   format.write(path, recording.cameras, &lost_fields);
-  lost_fields.push_back("clocks and covariance stand in " +
-                        ReportPath(FLAGS_out) + " alone");
+  lost_fields.push_back("clocks and covariance are written to " +
+                        ReportPath(FLAGS_out) + " only");
   SayNotes(lost_fields);
 }
 
@@ -393,7 +401,8 @@ void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
   files.Commit();
 }
 
-// The flag to track with the calibrated views only, if some are left out.
+// The flag with which `track` uses only the calibrated views, if some are left
+// out.
 std::string UseFlag(const RecordingCalibration& recording) {
   if (recording.cameras.size() == recording.view_names.size()) return "";
   std::string list;
@@ -410,7 +419,7 @@ void RunCalibrate() {
   const CalibrationFormat* format = FindCalibrationFormat(FLAGS_to);
   if (format == nullptr || format->write == nullptr) {
     throw InputError("--to: '" + Printable(FLAGS_to) +
-                     "' is no format of calibrations that is written; "
+                     "' is not a calibration format that can be written; "
                      "`convert --formats` lists them");
   }
   const RunOptions options =
@@ -419,7 +428,7 @@ void RunCalibrate() {
   const DetectionSequence detections =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
   if (detections.header.view_names.size() < 2) {
-    throw InputError("--detections: one view, expected two and more");
+    throw InputError("--detections: found one view, expected two or more");
   }
   if (!(detections.header.frame_rate_hz > 0.0)) {
     throw InputError(
@@ -447,9 +456,10 @@ void RunCalibrate() {
       (refused ? "" : "-> " + FLAGS_out + UseFlag(recording) + "\n");
   std::fputs(text.c_str(), SummaryStream(FLAGS_out));
   if (refused) {
-    throw std::runtime_error(
-        "refused, no calibration is written" +
-        (IsStream(FLAGS_out) ? "" : "; why: " + ReportPath(FLAGS_out)));
+    throw std::runtime_error("refused: no calibration is written" +
+                             (IsStream(FLAGS_out) ? ""
+                                                  : "; for the reasons see " +
+                                                        ReportPath(FLAGS_out)));
   }
 }
 

@@ -36,52 +36,57 @@ DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_string(
     manifest, "",
-    "several recordings (TOML, docs/batch.md): what is chosen on some is "
-    "scored on the others");
+    "several recordings (TOML, docs/batch.md): strategy and parameters are "
+    "chosen on all but one and scored on that one, for each in turn");
 DEFINE_string(config, "", "configuration (TOML)");
 DEFINE_string(mode, "", "paper or graph; empty: the configuration's");
-DEFINE_string(set, "", "keys to change: key=value;...");
+DEFINE_string(set, "", "configuration keys to change: key=value;...");
 DEFINE_string(frames, "",
               "frames to use: A:B includes A and excludes B; empty: all");
 DEFINE_string(ground_truth, "", "true tracks: a file or a folder");
-DEFINE_string(protocol, "",
-              "with --ground_truth: shelf, campus, campus_extended (PCP too) "
-              "or mpjpe");
+DEFINE_string(
+    protocol, "",
+    "with --ground_truth: mpjpe, or shelf, campus or campus_extended, "
+    "which add PCP");
 DEFINE_string(markers, "",
               "optical markers, or another program's result, as ground truth: "
-              "their clock and world are aligned to the tracks of the run");
-DEFINE_string(joints, "",
-              "markers that define a joint (TOML, docs/validate.md); empty: a "
-              "known marker set, by its labels");
+              "clock and world are aligned to the tracks of the run");
+DEFINE_string(
+    joints, "",
+    "which markers define each joint (TOML, docs/validate.md); empty: "
+    "a known marker set, recognised by its labels");
 DEFINE_string(strategies, "", "strategies to run: a,b,...; empty: all");
 DEFINE_string(baseline, kinegraph::kDefaultBaseline,
               "the strategy that all others are compared with");
-DEFINE_bool(tune, false,
-            "choose every strategy's parameters by held-out error, two folds");
+DEFINE_bool(
+    tune, false,
+    "choose every strategy's parameters by held-out error: on each of two "
+    "folds for the other");
 DEFINE_string(folds, "",
-              "two frame ranges A:B,C:D; empty: the halves of the recording, "
-              "25 frames between");
-DEFINE_string(parameters, "", "file of parameters, as --tune writes it");
-DEFINE_string(held_out_set, "", "score these detections only");
+              "two frame ranges A:B,C:D; empty: the halves of the recording "
+              "with 25 unused frames between them");
+DEFINE_string(parameters, "", "file of parameters as written by --tune");
+DEFINE_string(held_out_set, "",
+              "file with the detections to score; empty: all");
 DEFINE_bool(
     fit_shift, false,
     "remove a constant pixel shift from each camera, fitted on the other fold");
 DEFINE_bool(errors, false,
             "also write every scored joint's held-out error (errors.csv)");
 DEFINE_bool(angles, false,
-            "with a ground truth: score joint flexions, too (degrees)");
+            "with a ground truth: also score joint flexion angles (degrees)");
 DEFINE_bool(plots, true, "draw the plots (needs gnuplot)");
 DEFINE_string(plot_strategies,
               "raw_dlt,causal_gaussian,butterworth,rts_cv,batch,batch_bones",
-              "strategies that are drawn where not all fit");
-DEFINE_string(joint, "r_wrist", "joint whose trajectory is drawn");
+              "strategies shown in plots that have no room for all of them");
+DEFINE_string(joint, "r_wrist", "joint whose trajectory is plotted");
 DEFINE_int32(threads, 1, "threads; the result does not depend on it");
 DEFINE_string(out, "", "folder for the results; must not hold files yet");
 
 namespace kinegraph {
 namespace {
 
-// Frames between two halves that belong to neither fold.
+// Number of frames between the two halves, which belong to neither fold.
 constexpr int64_t kGapFrames = 25;
 
 void CheckCompareFlags() {
@@ -91,7 +96,7 @@ void CheckCompareFlags() {
     RequireFlag("detections", FLAGS_detections);
     RequireFlag("config", FLAGS_config);
   } else {
-    // Several recordings have their own files and need no folds of frames.
+    // The manifest names the files, and recordings take the place of folds.
     const std::string other =
         FirstGiven({"cameras", "detections", "frames", "ground_truth",
                     "protocol", "markers", "folds", "parameters",
@@ -99,20 +104,20 @@ void CheckCompareFlags() {
     if (!other.empty()) {
       throw InputError(
           "--" + other +
-          " applies to one recording: it does not go with --manifest");
+          " applies to one recording and cannot be combined with --manifest");
     }
   }
   if (FLAGS_ground_truth.empty() != FLAGS_protocol.empty()) {
-    throw InputError("--ground_truth and --protocol belong together");
+    throw InputError("--ground_truth and --protocol must be given together");
   }
   if (!FLAGS_markers.empty() && !FLAGS_ground_truth.empty()) {
-    throw InputError("--markers is a ground truth: use one of them");
+    throw InputError("--markers and --ground_truth exclude each other");
   }
   if (FLAGS_angles && FLAGS_ground_truth.empty() && FLAGS_markers.empty()) {
-    throw InputError("--angles needs --ground_truth or --markers");
+    throw InputError("--angles requires --ground_truth or --markers");
   }
   if (!FLAGS_joints.empty() && FLAGS_markers.empty()) {
-    throw InputError("--joints belongs to --markers");
+    throw InputError("--joints requires --markers");
   }
   if (!FLAGS_protocol.empty() && FLAGS_protocol != "mpjpe" &&
       !PcpProtocolByName(FLAGS_protocol).has_value()) {
@@ -120,7 +125,7 @@ void CheckCompareFlags() {
              "shelf, campus, campus_extended or mpjpe");
   }
   if (FLAGS_tune && !FLAGS_parameters.empty()) {
-    throw InputError("--tune chooses what --parameters gives: use one of them");
+    throw InputError("--tune and --parameters exclude each other");
   }
   if (FLAGS_threads < 1) {
     throw InputError(
@@ -130,7 +135,8 @@ void CheckCompareFlags() {
 
 FrameRange AllFrames(const FrozenRun& run) {
   if (run.tracks.frames.empty()) {
-    throw InputError(FLAGS_detections, "", "no frame in the requested frames");
+    throw InputError(FLAGS_detections, "",
+                     "has no frame in the requested range");
   }
   return {run.first_frame, run.tracks.frames.back().frame + 1};
 }
@@ -161,7 +167,7 @@ std::vector<FrameRange> FoldRanges(const FrozenRun& run,
   return {AllFrames(run)};
 }
 
-// The frames in both lists of ranges; an empty `a` stands for all frames.
+// The intersection of two lists of ranges; an empty `a` stands for all frames.
 std::vector<FrameRange> Common(const std::vector<FrameRange>& a,
                                const std::vector<FrameRange>& b) {
   if (a.empty()) return b;
@@ -200,7 +206,7 @@ void ReadTruth(Comparison* comparison) {
       Common(comparison->protocol->frames, comparison->scored_frames());
   if (comparison->protocol->frames.empty()) {
     throw InputError("--protocol=" + FLAGS_protocol +
-                     ": none of its frames is scored");
+                     ": none of its frames is among the scored frames");
   }
 }
 
@@ -215,8 +221,8 @@ std::vector<Strategy> ReadStrategies() {
   return strategies;
 }
 
-// The detections on which each fold is scored: unchanged, or minus the shift
-// fitted on the other fold.
+// The folds with the detections on which each is scored: unchanged, or minus
+// the shift fitted on the other fold.
 std::vector<Fold> PrepareFolds(const RunOptions& options, const FrozenRun& run,
                                const std::vector<FrameRange>& ranges,
                                CompareResult* result) {
@@ -248,7 +254,7 @@ void Tune(const std::vector<Strategy>& strategies, CompareResult* result) {
   }
 }
 
-// Folds, the scored set and the initial values of the strategies.
+// Prepares the folds, the scored set and the initial values of the strategies.
 CompareResult PrepareResult(FrozenRecording recording,
                             const std::vector<Strategy>& strategies) {
   const double rate_hz = recording.run.scene.model.frame_rate_hz;

@@ -1,4 +1,5 @@
-// kinegraph-convert: calibrations, detections and tracks between formats.
+// kinegraph-convert: converts calibrations, detections and tracks between
+// formats.
 #include <gflags/gflags.h>
 
 #include <cstdio>
@@ -13,12 +14,12 @@
 DEFINE_string(from, "auto",
               "format of the input; auto recognises it by content");
 DEFINE_string(to, "",
-              "format of the result; without it the extension of --out, such "
-              "as .c3d, names a format of tracks");
+              "format of the result; empty: the format of tracks that has the "
+              "extension of --out, such as .c3d");
 DEFINE_string(in, "", "file or folder to read");
 DEFINE_string(out, "",
-              "file to write, or folder for formats of several files; NAME.trc "
-              "is the file of one person");
+              "file to write, or folder for formats of several files; with "
+              "NAME.trc one file for a single person");
 DEFINE_string(skeleton, "", "skeleton of the input if it does not specify it");
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] if the input does not specify it");
@@ -29,15 +30,15 @@ DEFINE_string(image_size, "",
               "image size [px] of a calibration without one: W,H");
 DEFINE_string(
     axes, "",
-    "world axes that become the file's X,Y,Z, such as x,-z,y; applies to the "
-    "format with its own axes (see --formats), written or read, else to the "
-    "input");
+    "world axes that become the file's X,Y,Z, such as x,-z,y; applies to "
+    "whichever of result and input has a format with its own axes (see "
+    "--formats), else to the input");
 DEFINE_string(markers, "ours",
               "names of the joints in formats that name them: ours (l_hip), "
               "pose2sim (LHip, Hip) or opensim (LHip, midHip)");
 DEFINE_string(person, "",
-              "the one person to write: the identity's number, or the name "
-              "that NAME.identity.jsonl beside the input gives it");
+              "the only person to write: the number of the identity, or its "
+              "name in NAME.identity.jsonl beside the input");
 DEFINE_string(
     set, "",
     "keys that control reading: cameras.KEY=value;detections.KEY=value;"

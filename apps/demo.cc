@@ -1,5 +1,5 @@
-// kinegraph-demo: a synthetic scene, tracked in every mode and scored against
-// its truth.
+// kinegraph-demo: tracks a synthetic scene in every mode and scores the results
+// against its truth.
 #include <gflags/gflags.h>
 
 #include <cstdint>
@@ -26,7 +26,7 @@
 #include "core/io/tracks/writer.h"
 #include "solvers/session/run.h"
 
-DEFINE_string(out, "out/demo", "folder for all files; made if missing");
+DEFINE_string(out, "out/demo", "folder for all files; created if missing");
 DEFINE_string(config, "",
               "scene and noise (TOML); empty: configs/synthetic/demo.toml");
 DEFINE_string(set, "", "keys of the scene to change: key=value;key=value");
@@ -40,7 +40,7 @@ constexpr double kMmPerM = 1000.0;
 struct Mode {
   const char* title;
   const char* config;  // in configs/
-  const char* file;    // of its tracks
+  const char* file;    // the tracks
 };
 
 constexpr Mode kModes[] = {
@@ -91,14 +91,14 @@ Scores ScoresOf(const TrackSequence& truth, const TrackSequence& tracks) {
           EvaluateMotion(tracks, truth.header.frame_rate_hz)};
 }
 
-// IDF1 as a share: explained frames, relative to the mean of true and found
-// ones.
+// IDF1: correctly identified person-frames, relative to the mean number of true
+// and found person-frames.
 Share Idf1Of(const IdentityResult& identity) {
   return {2 * identity.identity_true_positives,
           identity.true_person_frames + identity.found_person_frames};
 }
 
-// A row per measure, a column per mode.
+// One row per measure, one column per mode.
 Table ScoreTable(const std::vector<Scores>& all, const MotionResult& truth,
                  int64_t true_people) {
   const auto title = [](const Mode& mode) { return mode.title; };
@@ -120,7 +120,7 @@ Table ScoreTable(const std::vector<Scores>& all, const MotionResult& truth,
       [](const Scores& s) { return std::to_string(s.identity.switches); });
   add("IDF1, %",
       [](const Scores& s) { return PercentCell(Idf1Of(s.identity)); });
-  add("acceleration / the truth's", [&truth](const Scores& s) {
+  add("acceleration relative to the truth", [&truth](const Scores& s) {
     return Fixed(s.motion.acceleration_m_s2 / truth.acceleration_m_s2, 2);
   });
   add("bone-length spread, mm (truth: " +
@@ -133,9 +133,10 @@ Table ScoreTable(const std::vector<Scores>& all, const MotionResult& truth,
 
 // Explains how shares are counted.
 constexpr const char kLegend[] =
-    "Joints within: of all joints that the truth or the result has, so misses "
-    "and\nfalse people count as wrong. Found: within 0.5 m, mean over joints. "
-    "In brackets\nthe counts: person-frames, or joints of them.\n";
+    "Joints within: of all joints in the truth or the result, so misses and "
+    "false people\ncount as errors. People found: mean distance of the joints "
+    "below 0.5 m. In brackets:\ncounts of person-frames, or of their "
+    "joints.\n";
 
 // ---- The page
 
@@ -169,12 +170,12 @@ void PrintFiles(const RecordingFiles& recording,
   print(recording.cameras, "calibration");
   print(recording.detections, "2D detections, the input");
   print(recording.truth, "true 3D motion, a tracks file");
-  print(recording.scene, "what stands behind each detection");
+  print(recording.scene, "the person and the errors of each detection");
   for (size_t i = 0; i < tracks.size(); ++i) {
     print(tracks[i], kModes[i].title);
   }
   print(scores, "the table above");
-  print(page, "all of it to look at; open it in a browser");
+  print(page, "all results as a page; open it in a browser");
 }
 
 void PrintNext(const RecordingFiles& recording,
@@ -183,7 +184,7 @@ void PrintNext(const RecordingFiles& recording,
   const std::string driver = DriverName();
   std::printf(
       "\nNext, the page: open %s in a browser.\n"
-      "Joint by joint:\n"
+      "Errors of each joint:\n"
       "  %s evaluate --protocol=mpjpe --tracks=%s \\\n"
       "    --ground_truth=%s\n"
       "A scene of your own (keys: configs/synthetic):\n"

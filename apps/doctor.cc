@@ -59,7 +59,7 @@ std::string Sentence(const Finding& finding) {
   text += fmt::format(" (confidence {:.2f}): {}", finding.confidence,
                       finding.evidence);
   if (finding.before_px != finding.after_px) {
-    text += fmt::format("; {:.2f} px, with the fix {:.2f} px",
+    text += fmt::format("; residual {:.2f} px, with the fix {:.2f} px",
                         finding.before_px, finding.after_px);
   }
   return text + ". Fix: " + finding.fix;
@@ -72,22 +72,22 @@ std::string MarkdownReport(const Diagnosis& diagnosis) {
     text += "- " + Sentence(finding) + "\n";
   }
   if (!diagnosis.findings.empty()) text += "\n";
-  text += "What was seen:\n\n";
+  text += "Observations:\n\n";
   for (const std::string& note : diagnosis.notes) text += "- " + note + "\n";
   return text +
-         "\n`cameras.json` beside this file is the calibration with all that "
-         "was found set right.\n";
+         "\n`cameras.json` beside this file is the calibration with the "
+         "estimated corrections of the cameras; clocks are not corrected.\n";
 }
 
-// The recording; 25 Hz are assumed if the frame rate is unknown.
+// Reads the recording; assumes 25 Hz if the frame rate is unknown.
 DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   DetectionSequence recording =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
   if (recording.header.frame_rate_hz > 0.0) return recording;
   options->input.frame_rate_hz = 25.0;
   *note =
-      "no frame rate is given (input.frame_rate): 25 Hz taken, figures of "
-      "clocks are in 25ths of a second";
+      "no frame rate is given (input.frame_rate): 25 Hz is assumed, and clock "
+      "errors in ms are proportional to the true frame interval";
   return ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
 }
 
@@ -96,8 +96,8 @@ bool AreAlike(const Camera& a, const Camera& b) {
          a.lens() == b.lens();
 }
 
-// The calibration's record besides its cameras: their clocks and, for unchanged
-// cameras, the covariance. Empty if there is none.
+// The calibration's refinement record for the corrected cameras: the clocks
+// and, if no camera changed, the covariance. Empty without a record.
 std::string RecordFor(const CameraRig& corrected, const CameraRig& stated,
                       std::optional<RefinementRecord> record) {
   if (!record.has_value()) return "";

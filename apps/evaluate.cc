@@ -1,5 +1,5 @@
-// kinegraph-evaluate: tracks against a ground truth, another result, or the
-// detections of a held-out camera.
+// kinegraph-evaluate: compares tracks with a ground truth, another result, or
+// the detections of a held-out camera.
 #include <gflags/gflags.h>
 
 #include <cstdio>
@@ -26,22 +26,26 @@
 #include "core/io/tracks/tracks.h"
 
 DEFINE_string(tracks, "", "tracks to evaluate");
-DEFINE_string(ground_truth, "", "what to compare with: a file or a folder");
+DEFINE_string(ground_truth, "",
+              "ground truth or reference result: a file or a folder");
 DEFINE_string(protocol, "",
               "shelf, campus, campus_extended, 4d_association, panoptic, "
               "mpjpe, identity, parity, markers, cameras or held_out_camera");
 DEFINE_string(joints, "",
-              "markers: markers that define a joint (TOML, docs/validate.md); "
-              "empty: a known marker set, by its labels");
+              "markers: which markers define each joint (TOML, "
+              "docs/validate.md); empty: a known marker set, recognised by its "
+              "labels");
 DEFINE_bool(
     plates, false,
     "markers: compare steps with the force plates of the ground truth (C3D)");
-DEFINE_string(person, "",
-              "markers: identity of the tracks; empty: the one that fits best");
+DEFINE_string(
+    person, "",
+    "markers: identity of the person in the tracks; empty: the one that "
+    "fits best");
 DEFINE_string(
     align, "both",
     "markers: what is aligned before scoring: both, clock, world or none");
-DEFINE_bool(drift, false, "markers: estimate a clock drift too");
+DEFINE_bool(drift, false, "markers: also estimate a clock drift");
 DEFINE_string(out, "", "markers: new folder for tables, plots and the page");
 DEFINE_string(head, "",
               "PCP: chu, mvpose, voxelpose, 4d or raw; empty: the protocol's");
@@ -53,9 +57,9 @@ DEFINE_string(
     "frames of the tracks to score: A:B,... includes A and excludes B; "
     "empty: the protocol's");
 DEFINE_string(annotated, "",
-              "identity: everybody or some (then poses far from all annotated "
-              "people are ignored); empty: some for actorsGT.mat of Shelf and "
-              "Campus, else everybody");
+              "identity: who is annotated: everybody, or some (poses far from "
+              "all annotated people are then ignored); empty: some for "
+              "actorsGT.mat of Shelf and Campus, else everybody");
 DEFINE_bool(lost, false, "PCP: list every lost part");
 DEFINE_string(cameras, "",
               "cameras, held_out_camera: calibration file or folder");
@@ -64,17 +68,17 @@ DEFINE_string(config, "", "held_out_camera: configuration (TOML)");
 DEFINE_string(mode, "", "held_out_camera: paper or graph");
 DEFINE_string(set, "", "held_out_camera: keys to change: key=value;...");
 DEFINE_string(held_out_set, "",
-              "held_out_camera: detections to score; empty: those that the "
-              "reference was made from");
+              "held_out_camera: detections to score; empty: those from which "
+              "the reference was made");
 DEFINE_string(reference, "",
-              "held_out_camera: tracks of all cameras that identify the "
-              "people; empty: those of paper mode");
+              "held_out_camera: tracks made with all cameras, which identify "
+              "the people; empty: tracked in paper mode");
 DEFINE_string(runs, "",
-              "held_out_camera: tracks to score instead of tracking, made "
-              "without the first view, without the second, ...");
+              "held_out_camera: existing tracks to score: made without the "
+              "first view, without the second, ...");
 DEFINE_string(folds, "",
               "held_out_camera: two frame ranges A:B,C:D; the detector's bias "
-              "is learnt on each and scored on the other");
+              "learnt on each is applied and scored on the other");
 DEFINE_string(
     unit, "",
     "unit of tracks and ground truth whose format does not specify it "
@@ -94,7 +98,7 @@ void RefuseFlags(const std::vector<std::string>& names) {
   const std::string given = FirstGiven(names);
   if (given.empty()) return;
   throw InputError("--" + given +
-                   " has no meaning with --protocol=" + FLAGS_protocol);
+                   " does not apply to --protocol=" + FLAGS_protocol);
 }
 
 std::vector<FrameRange> Frames() { return ParseFrameRanges(FLAGS_frames); }
@@ -159,7 +163,8 @@ void Append(const std::string& key, const EvaluationOutput& more,
 std::optional<TrackId> PersonFlag() {
   if (FLAGS_person.empty()) return std::nullopt;
   const auto id = ParseNumber<int64_t>(FLAGS_person);
-  if (!id) FailFlag("person", FLAGS_person, "the number of an identity");
+  if (!id)
+    FailFlag("person", FLAGS_person, "the number of a person in the tracks");
   return TrackId(*id);
 }
 
@@ -372,7 +377,7 @@ void RunEvaluate() {
     RefuseFlags({"joints", "person", "out"});
     if (!FirstGiven({"plates", "drift", "align"}).empty()) {
       throw InputError(
-          "--plates, --drift and --align belong to --protocol=markers");
+          "--plates, --drift and --align require --protocol=markers");
     }
   }
   if (FLAGS_protocol != kHeldOutCamera) {
@@ -403,7 +408,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"evaluate",
-       "scores tracks against the truth, markers or a left-out camera",
+       "scores tracks against the truth, markers or a held-out camera",
        "--protocol=NAME --tracks=F --ground_truth=PATH\n"
        "       kinegraph-evaluate --protocol=held_out_camera --cameras=F "
        "--detections=PATH --config=F",

@@ -36,8 +36,9 @@ DEFINE_double(frame_rate, 0.0,
 DEFINE_string(skeleton, "",
               "skeleton of the detections if the file does not specify it");
 DEFINE_string(set, "",
-              "what neither file specifies, kept in the configuration: "
-              "key=value;key=value, such as cameras.image_size=[360,288]");
+              "keys that the files do not specify, also written to the "
+              "configuration: key=value;key=value, such as "
+              "cameras.image_size=[360,288]");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_string(out, "", "configuration to write (.toml)");
 
@@ -62,8 +63,8 @@ std::string SizesOf(const CameraRig& cameras) {
   return fmt::format("{} x {} px", first.width_px(), first.height_px());
 }
 
-// Text if people are not upright along the axis that conversion to formats with
-// y up expects; BVH represents these.
+// A note if people are not upright along the axis that conversion to formats
+// with y up expects; BVH represents these formats.
 std::string UprightText(const RecordingSurvey& survey,
                         const RunOptions& options) {
   if (options.refine.ground != GroundKind::kOff) return "";
@@ -75,7 +76,8 @@ std::string UprightText(const RecordingSurvey& survey,
                              : "--axes=" + note->axes +
                                    " of `track` and `convert` stands them up, "
                                    "or\n            ") +
-         "--set=cameras.ground=feet turns the world where enough feet rest\n";
+         "--set=cameras.ground=feet aligns the world with the floor if enough "
+         "feet rest on it\n";
 }
 
 std::string UnitText(const RecordingSurvey& survey) {
@@ -92,10 +94,9 @@ std::string UnitText(const RecordingSurvey& survey) {
   return "unit        as given: the joints are not human, so heights do not "
          "determine it\n" +
          (report.subject_m > 0.0
-              ? fmt::format(
-                    "            subjects measure about {:.2g} m and are "
-                    "tracked in proportion\n",
-                    report.subject_m)
+              ? fmt::format("            subjects measure about {:.2g} m; the "
+                            "tracker's lengths are scaled accordingly\n",
+                            report.subject_m)
               : "");
 }
 
@@ -103,14 +104,15 @@ std::string CamerasText(const CameraRig& cameras) {
   const double distance_m = WorkingDistance(cameras);
   std::string text = fmt::format(
       "cameras     {}, {}, focal length about {:.0f} px\n"
-      "            they look at a place {:.1f} m away\n",
+      "            distance to the point at which they look {:.1f} m\n",
       cameras.size(), SizesOf(cameras),
       PixelsPerMetre(cameras, distance_m) * distance_m, distance_m);
-  // Missing lens parameters displace joints although the views agree.
+  // Missing distortion coefficients displace joints even if the views agree.
   const auto has_lens = [](const Camera& one) { return one.lens() != nullptr; };
   if (std::none_of(cameras.begin(), cameras.end(), has_lens)) {
     text +=
-        "            no lens terms stated; `doctor` checks for missing ones\n";
+        "            no lens distortion given; `doctor` checks whether it is "
+        "missing\n";
   }
   return text;
 }
@@ -132,7 +134,7 @@ std::string FindingsText(const RecordingSurvey& survey,
   text += fmt::format(
       "skeleton    {}, {} joints\n"
       "frames      {}, {}..{}, {:.1f} s at {:g} Hz\n"
-      "people      at most {} in one view at once\n",
+      "people      up to {} in one view (in 5 % of the frames or more)\n",
       Printable(survey.detections.skeleton.name()),
       survey.detections.skeleton.joint_count(), survey.frames,
       survey.first_frame, survey.last_frame,
@@ -140,15 +142,16 @@ std::string FindingsText(const RecordingSurvey& survey,
       rate_hz, report.most_people_in_a_view);
   if (report.poses > 0) {
     text += fmt::format(
-        "error       {:.1f} px in the median, {:.1f} px at 90 % ({} frames "
-        "tried)\n",
+        "error       {:.1f} px median, {:.1f} px 90th percentile ({} frames "
+        "examined)\n",
         report.median_px, report.p90_px, survey.frames_tried);
   }
   text += WarningsText(report);
   if (survey.cameras_are_off || survey.clocks_are_off) {
     text += fmt::format(
-        "the configuration has {} refined, where that fits the other half of "
-        "the recording\nbetter ([cameras]); `doctor` looks for the cause\n",
+        "with this configuration `track` refines {} ([cameras]) if that fits "
+        "the other half of\nthe recording better; `doctor` looks for the "
+        "cause\n",
         !survey.clocks_are_off   ? "cameras"
         : survey.cameras_are_off ? "cameras and clocks"
                                  : "clocks");
@@ -159,7 +162,7 @@ std::string FindingsText(const RecordingSurvey& survey,
   return text;
 }
 
-// Files may define their own bones between the joints of a built-in skeleton.
+// Files may define other bones between the joints of a built-in skeleton.
 bool SameBones(const Skeleton& one, const Skeleton& other) {
   return std::equal(
       one.bones().begin(), one.bones().end(), other.bones().begin(),
@@ -167,7 +170,7 @@ bool SameBones(const Skeleton& one, const Skeleton& other) {
       [](const Bone& a, const Bone& b) { return a.a == b.a && a.b == b.b; });
 }
 
-// The estimator for a whole recording at once.
+// Settings that estimate a whole recording at once.
 constexpr const char* kWholeRecording =
     "\n[gates]\n"
     "units = \"metres\"   # scale with focal length, distance and rate\n"
@@ -182,25 +185,24 @@ constexpr const char* kWholeRecording =
     "\n[graph]\n"
     "bones = true\n";
 
-// For people of few joints, the noise of a position is large compared with
-// their movement between frames. They are therefore associated with the
-// position that the window estimator predicts.
+// For people with few joints, the noise of a position is large compared with
+// the movement between frames. Detections are therefore associated with the
+// positions that the window estimator predicts.
 std::string WholeRecording(const Skeleton& skeleton) {
   std::string text = kWholeRecording;
   if (!AllViewMatcher::AppliesTo(skeleton)) return text;
   const std::string table = "[tracking]\n";
   text.insert(text.find(table) + table.size(),
-              "feedback = \"window\"  # expects people of few joints\n");
+              "feedback = \"window\"  # predict people with few joints\n");
   return text;
 }
 
 std::string ConfigText(const RecordingSurvey& survey) {
   std::string text =
-      "# Made by `kinegraph init` for one recording. The whole recording at "
-      "once with "
-      "bone\n"
-      "# lengths and a second pass; for results with a delay of 0.4 s "
-      "instead:\n"
+      "# Made by `kinegraph init` for one recording. Estimates the whole "
+      "recording at\n"
+      "# once, with bone lengths and a second pass. For results with a delay "
+      "of 0.4 s:\n"
       "# output.estimator = \"window\", graph.bones and tracking.second_pass = "
       "false.\n"
       "# All keys: `kinegraph track --keys`.\n"
@@ -213,24 +215,26 @@ std::string ConfigText(const RecordingSurvey& survey) {
   const Skeleton* known = FindSkeleton(skeleton.name());
   text += known != nullptr && SameBones(skeleton, *known)
               ? "skeleton = " + JsonText(skeleton.name()) + "\n"
-              : "# skeleton: the files' own\n";
+              : "# skeleton: as in the files\n";
   text += "\n[cameras]\n";
-  text += survey.unit == "auto"
-              ? "# unit: the calibration's own\n"
-              : "unit = " + JsonText(survey.unit) + "  # by people's height\n";
+  text += survey.unit == "auto" ? "# unit: as in the calibration\n"
+                                : "unit = " + JsonText(survey.unit) +
+                                      "  # from people's height\n";
   if (survey.cameras_are_off || survey.clocks_are_off) {
     text +=
-        "# Some cameras see people at another place or time: corrected if\n"
-        "# the other half of the recording then fits better.\n";
+        "# Some cameras or clocks appear to be off: refined if this fits the\n"
+        "# other half of the recording better.\n";
   }
   if (survey.cameras_are_off) text += "refine = \"pose\"\n";
   if (survey.clocks_are_off) text += "refine_clock = true\n";
   if (!survey.use.empty()) {
-    text += "use = " + Json(survey.use).dump() + "  # the rest is left out\n";
+    text += "use = " + Json(survey.use).dump() +
+            "  # the other cameras are left out\n";
   }
   if (!survey.map.empty()) {
     text += survey.paired_by == PairedBy::kOrder
-                ? "\n# View = camera, in the order of their names: check them."
+                ? "\n# View = camera, paired in the order of their names: "
+                  "check this."
                 : "\n# View = camera.";
     text += "\n[cameras.map]\n";
     for (const auto& [view, camera] : survey.map) {
@@ -247,8 +251,8 @@ std::string ConfigText(const RecordingSurvey& survey) {
   return text + WholeRecording(skeleton);
 }
 
-// The value of a key as read, in TOML; JSON's texts, numbers and lists are
-// valid TOML. Keys that are not in the effective options are texts.
+// The value of a key as read, in TOML: JSON's strings, numbers and lists are
+// valid TOML. Values of keys that are not in the effective options are strings.
 std::string TomlValue(const Json& effective, const std::string& dotted,
                       const std::string& given) {
   const Json* value = &effective;
@@ -289,7 +293,8 @@ void PutKey(const std::string& dotted, const std::string& value,
   text->insert(begin, line);
 }
 
-// The configuration with the keys of --set; it must be readable again.
+// Adds the keys of --set to the configuration. Throws if the result cannot be
+// read.
 std::string WithGivenKeys(const RunOptions& options, std::string text) {
   const Json effective = Json::parse(EffectiveConfigJson(options));
   for (const std::string& part : Split(FLAGS_set, ';')) {
@@ -304,7 +309,7 @@ std::string WithGivenKeys(const RunOptions& options, std::string text) {
   return text;
 }
 
-// The smallest usual image size that contains nearly all joints.
+// The smallest common image size that contains nearly all joints.
 std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   std::vector<double> x;
   std::vector<double> y;
@@ -325,8 +330,8 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   constexpr std::pair<int, int> kUsual[] = {
       {640, 480},   {480, 640},   {1280, 720},  {720, 1280},
       {1920, 1080}, {1080, 1920}, {3840, 2160}, {2160, 3840}};
-  // Joints are also found slightly outside the image, and cameras have a few
-  // rows more than the format.
+  // Joints are also found slightly outside the image, and some cameras have a
+  // few more rows than the standard size.
   constexpr double kBeyond = 1.03;
   for (const auto& size : kUsual) {
     if (width <= kBeyond * size.first && height <= kBeyond * size.second) {
@@ -336,7 +341,7 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   return {static_cast<int>(width) + 1, static_cast<int>(height) + 1};
 }
 
-// Without a calibration: suggests the command that makes one.
+// Called without a calibration: suggests the command that makes one.
 [[noreturn]] void OfferCalibrate() {
   const SurveyRequest request = RequestOfFlags();
   const auto [width, height] = LikelyImageSize(
@@ -377,7 +382,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"init",
-       "looks at a recording and writes a configuration for it",
+       "examines a recording and writes a configuration for it",
        "--cameras=F --detections=PATH [--frame_rate=HZ] [--set=KEY=VALUE;...] "
        "--out=F.toml",
        {"--cameras=calibration.json --detections=openpose/ --frame_rate=25 "

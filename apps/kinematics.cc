@@ -1,4 +1,5 @@
-// kinegraph-kinematics: joint angles, speeds and distances of tracks.
+// kinegraph-kinematics: computes joint angles, speeds and distances from
+// tracks.
 #include "core/kinematics/kinematics.h"
 
 #include <fmt/format.h>
@@ -28,8 +29,8 @@
 #include "core/io/tracks/tracks.h"
 #include "core/kinematics/ground.h"
 
-DEFINE_string(tracks, "", "3D tracks in any format that is read");
-DEFINE_string(out, "", "NAME.csv: a row per person and frame");
+DEFINE_string(tracks, "", "3D tracks in any supported format");
+DEFINE_string(out, "", "NAME.csv to write, one row per person and frame");
 DEFINE_string(up, "auto",
               "axis of the world that points upwards: x, -x, y, -y, z, -z; "
               "auto: from the file's format, the floor and the people");
@@ -58,13 +59,14 @@ TrackSequence ReadInput() {
   TrackReadOptions read;
   if (!FLAGS_skeleton.empty()) read.skeleton = SkeletonFlag();
   if (FLAGS_frame_rate < 0.0 || !std::isfinite(FLAGS_frame_rate)) {
-    throw InputError("--frame_rate: expected a number > 0");
+    throw InputError("--frame_rate: expected a rate in Hz above 0");
   }
   read.frame_rate_hz = FLAGS_frame_rate;
   if (!FLAGS_unit.empty()) read.unit_m = ParseLengthUnit(FLAGS_unit);
   TrackSequence tracks = ReadTracks(FLAGS_tracks, read);
   PrintUnitNote("kinematics", FLAGS_tracks, read, tracks);
-  // Angles are defined by our joint names; "RHip" and "right_hip" are r_hip.
+  // Angles are defined by kinegraph's joint names; "RHip" and "right_hip"
+  // become r_hip.
   tracks.header.skeleton = WithOurNames(tracks.header.skeleton);
   return tracks;
 }
@@ -105,7 +107,7 @@ void WriteCsv(const KinematicsTable& table, const PersonNames& names) {
 
 // ---- Output -----------------------------------------------------------------
 
-// Existing values of a column, by person.
+// Finite values of a column, by person.
 using Values = std::map<TrackId, std::vector<double>>;
 
 Values ValuesOf(const KinematicsTable& table, const std::string& column) {

@@ -1,4 +1,4 @@
-// kinegraph-report: one self-contained page that displays a result.
+// kinegraph-report: writes one self-contained page that displays a result.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -36,26 +36,27 @@
 #include "solvers/session/run.h"
 
 DEFINE_string(tracks, "",
-              "one result, or up to six on the same clock: a,b,...");
+              "one result, or up to six with the same clock: a,b,...");
 DEFINE_string(ground_truth, "", "ground truth to show beside the tracks");
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_string(config, "",
-              "configuration of how cameras and detections are read (TOML, as "
-              "for track)");
+              "configuration for reading cameras and detections (TOML, as for "
+              "track)");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_string(images, "",
               "pictures or videos behind the panels: VIEW=PATTERN;VIEW=VIDEO, "
-              "where a number such as %06d in a pattern is the frame's (JPEG "
-              "or PNG), and a video (.mp4, .mov, .webm, .mkv) begins with "
-              "frame 0, or N with VIDEO@N; the page links to the files");
+              "where %06d or the like in a pattern stands for the frame number "
+              "(JPEG or PNG), and a video (.mp4, .mov, .webm, .mkv) begins "
+              "with frame 0, or N with VIDEO@N; the page links to the files");
 DEFINE_double(embed_megabytes, 0.0,
-              "embeds the files of --images in the page unchanged, pictures of "
-              "as many frames as fit into this size; 0: linked");
+              "embed the files of --images in the page unchanged, with "
+              "pictures of as many frames as fit into this size [MB]; 0: link "
+              "to the files");
 DEFINE_string(doctor, "",
               "folder that `doctor` wrote for this recording; its findings "
-              "come first on the page");
+              "appear at the top of the page");
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_string(unit, "",
@@ -78,7 +79,7 @@ std::string BaseName(const std::string& path) {
 // More could not be distinguished on the page.
 constexpr size_t kMaxResults = 6;
 
-// Results with the same file name are named by their whole path.
+// Labels results that have the same file name with their whole path.
 void NameApart(const std::vector<std::string>& paths,
                std::vector<PageResult>* results) {
   for (size_t i = 0; i < paths.size(); ++i) {
@@ -144,8 +145,8 @@ std::vector<PageResult> ReadResults() {
   return results;
 }
 
-// Whether the options of the run changed cameras. Headers of other programs may
-// contain anything.
+// Whether the run was configured to change cameras. Headers written by other
+// programs may contain anything.
 bool WereCamerasMoved(const TrackHeader& header) {
   const Json config = ParseJson(header.config_json, "the configuration");
   const auto says = [&config](const char* key, const Json& usual) {
@@ -156,8 +157,8 @@ bool WereCamerasMoved(const TrackHeader& header) {
          says("ground", "off");
 }
 
-// The cameras of --cameras; if `track` changed them, those that it wrote beside
-// the result, because only in these the result fits the images.
+// The cameras of --cameras; if `track` changed them, the cameras that it wrote
+// beside the result, because the result fits the images only with these.
 CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
   std::vector<std::string> notes;
   std::string moved;
@@ -169,13 +170,13 @@ CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
   if (moved.empty()) return ReadCameras(FLAGS_cameras, options.cameras);
   if (moved != FLAGS_cameras) {
     std::fprintf(SummaryStream(FLAGS_out),
-                 "cameras as `track` moved them: %s\n", moved.c_str());
+                 "cameras as changed by `track`: %s\n", moved.c_str());
   }
   // Without options.cameras: `track` has already applied unit and selection.
   return ReadCameras(moved);
 }
 
-// Leaves out the views or cameras of --without_cameras, as in `track`.
+// Leaves out the views or cameras of --without_cameras, like `track`.
 void LeaveOutCameras(PageInput* input) {
   for (const std::string& name :
        ParseList(FLAGS_without_cameras, "without_cameras")) {
@@ -294,7 +295,7 @@ std::string SummaryText(const PageData& data, size_t page_bytes) {
   }
   if (data.extras_stride > 1) {
     text += fmt::format(
-        "decimated: detections and covariances of one frame in {}\n",
+        "decimated: detections and covariances of one frame in {} are kept\n",
         data.extras_stride);
   }
   for (const std::string& note : data.notes) text += note + "\n";

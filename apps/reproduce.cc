@@ -1,4 +1,4 @@
-// kinegraph-reproduce: the paper's tables beside our measurements.
+// kinegraph-reproduce: prints the paper's tables beside new measurements.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -39,8 +39,9 @@ constexpr const char* kTables[] = {"campus",     "campus_extended", "shelf",
                                    "sensitivity"};
 
 constexpr const char* kDetailsHeading =
-    "# Details of the tables\n\nEvery count behind `reproduce.md`, under every "
-    "head conversion and endpoint rule, and what each actor lost.\n\n";
+    "# Details of the tables\n\nAll counts behind `reproduce.md`, for every "
+    "head conversion and endpoint rule, and the parts that each actor "
+    "lost.\n\n";
 
 bool Wanted(const std::string& table) {
   return FLAGS_table.empty() || FLAGS_table == table;
@@ -56,16 +57,17 @@ void CheckTable() {
                                fmt::join(kTables, ", ")));
 }
 
-// The report under construction.
+// Collects the tables.
 struct Report {
   std::string markdown;
   std::string details;
   Json json;
 
   void Add(const std::string& key, TableOutput table) {
-    markdown += table.markdown +
-                "Remade by `./kinegraph reproduce --data=DATA --table=" + key +
-                " --out=DIR`.\n\n";
+    markdown +=
+        table.markdown +
+        "Reproduced by `./kinegraph reproduce --data=DATA --table=" + key +
+        " --out=DIR`.\n\n";
     details += table.details;
     json["tables"][key] = std::move(table.json);
   }
@@ -118,19 +120,19 @@ bool NeedsTracks(const Benchmark& benchmark) {
 }
 
 std::string Heading(const Machine& machine, double processor_s, double wall_s) {
-  return "# The paper's tables beside what was measured\n\nMade by "
+  return "# The paper's tables beside new measurements\n\nMade by "
          "`kinegraph-reproduce` of commit " +
          machine.commit + " on " + machine.processor + " (" +
          std::to_string(machine.threads) + " processors), " + machine.system +
          ", " + machine.compiler + ", in " + Fixed(processor_s, 0) +
          " s of processor time (" + Fixed(wall_s, 0) +
-         " s on the clock, one thread). Rows \"as printed in the paper\" are "
+         " s of wall time, one thread). Rows \"as printed in the paper\" are "
          "Chu et al. (2021), "
          "Part-aware Measurement for Robust Multi-View Multi-Human 3D Pose "
          "Estimation and Tracking; every other row was measured by this "
          "command. The detections behind the printed rows are not public, so a "
-         "difference from them is not a difference of methods. A figure that "
-         "an interval cannot tell from another is not a win.\n\n";
+         "difference from them is not a difference of methods. A difference "
+         "whose interval includes zero is not significant.\n\n";
 }
 
 void RunReproduce() {

@@ -1,4 +1,5 @@
-// kinegraph-synthesize: a seeded scene with its detections and its truth.
+// kinegraph-synthesize: makes a scene from a seed, with detections and ground
+// truth.
 #include <gflags/gflags.h>
 
 #include <cstdio>
@@ -18,12 +19,12 @@
 DEFINE_string(config, "", "scene and noise (TOML, see configs/synthetic)");
 DEFINE_string(motion, "",
               "tracks files F[,F2] whose people replace the simulated ones; "
-              "frame rate and duration are theirs unless set");
+              "unless set, they also determine frame rate and duration");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(format, "",
               "also writes the detections as another program would, to "
               "OUT/detections_FORMAT (`convert --formats` lists them)");
-DEFINE_string(out, "", "folder for the four files; made if missing");
+DEFINE_string(out, "", "folder for the four files; created if missing");
 DEFINE_bool(keys, false, "print the keys of a configuration and exit");
 
 namespace kinegraph {
@@ -39,9 +40,10 @@ const DetectionFormat* WantedFormat() {
     if (known.write == nullptr) continue;
     names += (names.empty() ? "" : ", ") + known.name;
   }
-  throw InputError("--format: '" + Printable(FLAGS_format) +
-                   "' is no format of detections that is written, expected " +
-                   names);
+  throw InputError(
+      "--format: '" + Printable(FLAGS_format) +
+      "' is not a detection format that can be written, expected one of " +
+      names);
 }
 
 void WriteDetectionsAs(const DetectionFormat& format,

@@ -1,4 +1,4 @@
-// kinegraph-track: 2D detections to 3D tracks.
+// kinegraph-track: turns 2D detections into 3D tracks.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -37,7 +37,7 @@
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "",
               "2D detections: a file or a folder; - reads frames from standard "
-              "input and writes each as it becomes final");
+              "input and writes each frame as soon as it is final");
 DEFINE_string(config, "",
               "configuration (TOML); without it configs/default.toml: graph "
               "mode with a delay of 0.4 s");
@@ -48,21 +48,21 @@ DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_int32(threads, 1, "threads; the result does not depend on it");
 DEFINE_string(corrections, "",
               "edits of identities to apply after automatic linking (JSON "
-              "Lines, as NAME.identity.jsonl)");
+              "Lines, in the format of NAME.identity.jsonl)");
 DEFINE_string(
     out, "",
     "tracks to write: .jsonl, or the extension of another format of `convert "
     "--formats` (.csv, .npz, ...); .trc for a folder with a file per person");
 DEFINE_string(markers, "ours",
               "names of the joints in formats such as TRC: ours (l_hip), "
-              "pose2sim (LHip) or opensim, as for `convert`");
+              "pose2sim (LHip) or opensim; see `convert`");
 DEFINE_bool(keys, false,
             "print the keys of a configuration and exit; with --config, as a "
             "commented configuration with its values");
 
 DEFINE_string(axes, "",
               "world axes that become the file's X,Y,Z, such as x,-y,-z, in "
-              "formats that have their own, as for `convert`");
+              "formats with axes of their own; see `convert`");
 
 namespace kinegraph {
 namespace {
@@ -85,18 +85,20 @@ bool IsLive() { return FLAGS_detections == "-"; }
 
 bool CanBeReadAgain() { return !IsLive() && !IsPipe(FLAGS_detections); }
 
-// A stream is tracked with bounded memory, with results after the lag.
+// Throws unless the options permit a stream: results after a bounded lag.
 void RequireLag(const RunOptions& given) {
   const RunOptions options = WithRulesOfMode(given);
   if (options.tracker.life.second_pass) {
-    throw OptionError("tracking.second_pass",
-                      "needs the whole recording, which a stream never is");
+    throw OptionError(
+        "tracking.second_pass",
+        "needs the whole recording, which a stream never provides");
   }
   if (ChangesCameras(options) || options.identity.link ||
       !FLAGS_corrections.empty()) {
     throw InputError(
         "--detections=-: cameras.refine, cameras.ground, identity.link and "
-        "--corrections need the whole recording, which a stream never is");
+        "--corrections need the whole recording, which a stream never "
+        "provides");
   }
   const OutputKind output = options.estimators.output;
   if (options.estimators.mode == Mode::kGraph &&
@@ -117,7 +119,7 @@ bool WaitsForEnd(const RunOptions& options) {
          !IsCausal(estimators.output, estimators);
 }
 
-// ", the recording has 300 .. 600": if the requested frames do not exist.
+// ", the recording has 300 .. 600", for errors about frames that do not exist.
 std::string KnownFrames(std::unique_ptr<DetectionSource> source) {
   DetectionFrame frame;
   if (!source->Next(&frame)) return "";
@@ -143,7 +145,7 @@ class ReadableFrames final : public DetectionSource {
       return false;
     }
   }
-  // The error that ended it, if any.
+  // The error that ended the stream, if any.
   const std::optional<InputError>& error() const { return error_; }
 
  private:
@@ -159,13 +161,13 @@ std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
   if (IsLive()) {
     throw InputError(
         FLAGS_cameras, "refinement",
-        "its clocks need the whole recording, which a stream never is");
+        "its clocks need the whole recording, which a stream never provides");
   }
   if (options.refine.any()) {
     throw InputError(FLAGS_cameras, "refinement",
-                     "its clocks are refined already; start from the "
-                     "calibration as it was before, or leave cameras.refine "
-                     "and cameras.refine_clock out");
+                     "its clocks are already refined; start from the "
+                     "original calibration, or omit cameras.refine and "
+                     "cameras.refine_clock");
   }
   return record;
 }
@@ -176,8 +178,8 @@ struct Recording {
   RunRequest request;
   ReadyRecording ready;
 
-  // The frames from their beginning; may be called repeatedly, except for a
-  // stream.
+  // Opens the detections at the first frame; may be called repeatedly, except
+  // for a stream.
   std::unique_ptr<DetectionSource> Open() const {
     if (ready.detections.has_value()) {
       return std::make_unique<MemorySource>(*ready.detections);
@@ -220,8 +222,8 @@ Recording ReadRecording() {
                               DetectionOptionsOf(recording.options));
       });
   request.cameras = recording.ready.cameras;
-  // The report needs the match of each detection, the cameras' uncertainty the
-  // weight of each joint.
+  // The report needs the match of each detection; the uncertainty of the
+  // cameras needs the weight of each joint.
   request.kept_matches = recording.ready.record.has_value()
                              ? KeptMatches::kWeights
                              : KeptMatches::kDetections;
@@ -276,7 +278,8 @@ void RequireFrames(const Recording& recording, const RunSummary& summary) {
   throw InputError(FLAGS_detections, "", "no frame to track" + asked);
 }
 
-// Files beside the tracks, each with the tracks' fingerprint `tracks`.
+// Writes the files beside the tracks, each with the tracks' fingerprint
+// `tracks`.
 void WriteSideFiles(const Recording& recording, const Session& session,
                     const RecordingReport& report, const std::string& tracks,
                     AtomicFiles* files) {
@@ -290,7 +293,7 @@ void WriteSideFiles(const Recording& recording, const Session& session,
     WriteTrackedCameras(beside(kCamerasEnd), recording.ready.cameras,
                         RefinementJson(recording.ready), tracks);
   }
-  // If a bias was to be learnt: the result, and whether it is used.
+  // If a bias was to be learnt, its coefficients and whether they are used.
   const ViewBias bias = session.view_bias();
   if (!bias.joints.empty()) {
     WriteViewBias(beside(kBiasEnd), bias, tracks);
@@ -301,7 +304,7 @@ void WriteSideFiles(const Recording& recording, const Session& session,
                                 tracks));
 }
 
-// A written file that cannot be read again is not an input error.
+// Failure to read a file that was just written is not an input error.
 std::string FingerprintOfOwn(const std::string& path) {
   try {
     return FingerprintOfTracks(path);
@@ -338,7 +341,8 @@ void AddBadFrames(const BadFrames& bad, RecordingReport* report) {
                      : "frames that cannot be read were skipped, the last "
                        "one: ",
       bad.last);
-  passed.fix = "without input.skip_bad_frames the first one ends the run";
+  passed.fix =
+      "without input.skip_bad_frames the first such frame ends the run";
   report->warnings.push_back(std::move(passed));
 }
 
@@ -352,7 +356,7 @@ void SayOutcome(const Recording& recording, const Session& session,
     std::fprintf(
         stderr,
         "kinegraph-track: subjects measure about %.2g m; the tracker's "
-        "lengths, those of people of %.1f m, are multiplied by %.2g "
+        "lengths, chosen for people of %.1f m, are multiplied by %.2g "
         "(cameras.subject_m)\n",
         session.scale().size_m(), kPersonSize_m, session.scale().metres());
   }
@@ -394,8 +398,8 @@ void RunTrack() {
                   [&recording] { return recording.Open(); });
   if (session.scene().used_views.size() < 2) {
     std::fputs(
-        "kinegraph-track: warning: one view alone cannot be "
-        "triangulated; no person will be found\n",
+        "kinegraph-track: warning: a single view cannot be triangulated; no "
+        "person will be found\n",
         stderr);
   }
   TrackOutput output(WithFolders(FLAGS_out), session.scene().header,

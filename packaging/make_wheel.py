@@ -2,9 +2,9 @@
 
     make_wheel.py BUILD OUT
 
-Every library that is not part of manylinux_2_36 goes into kinegraph.libs under
-a name of its own ("libglog-kinegraph.so.1"), so that the loader does not take
-another module's copy, and is found there by a relative path.
+Every library that is not part of manylinux_2_36 goes into kinegraph.libs, where it
+is found by a relative path. It gets a name of its own ("libglog-kinegraph.so.1"), so
+that the loader does not use another module's copy.
 """
 
 import base64
@@ -20,7 +20,7 @@ import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 GLIBC = (2, 36)
-# Libraries and symbol versions that a wheel may require by PEP 600 for this glibc.
+# Libraries and symbol versions that PEP 600 allows a wheel to require for this glibc.
 EXPECTED = {
     "ld-linux-x86-64.so.2", "libc.so.6", "libm.so.6", "libpthread.so.0",
     "libdl.so.2", "librt.so.1", "libutil.so.1", "libresolv.so.2",
@@ -30,8 +30,8 @@ NEWEST = {
     "GLIBC": GLIBC, "GLIBCXX": (3, 4, 30), "CXXABI": (1, 3, 13),
     "GCC": (12, 0, 0), "ZLIB": (1, 2, 9),
 }  # fmt: skip
-# Folders of a single-threaded BLAS; the last existing one is used: ATLAS, which
-# Debian's Ceres links, else the reference implementation.
+# Folders of single-threaded BLAS libraries, of which the last existing one is used:
+# ATLAS, which Debian's Ceres links, else the reference implementation.
 PREFERRED = ["blas", "lapack", "atlas"]
 # Packages linked statically, header-only, or embedded in the programs.
 INSIDE = ["libceres-dev", "libeigen3-dev", "pybind11-dev", "libjs-three",
@@ -73,7 +73,7 @@ def collect_libraries(programs, libs):
         if name in EXPECTED or name in sources:
             continue
         if name not in paths:
-            sys.exit(f"make_wheel: error: {name} is nowhere")
+            sys.exit(f"make_wheel: error: the library {name} was not found")
         sources[name] = paths[name]
         shutil.copy(paths[name], libs / own_name(name))
         (libs / own_name(name)).chmod(0o755)
@@ -123,7 +123,7 @@ def package_of(path):
 
 
 def add_licences(sources, folder):
-    """Copies our licence and the copyright of every included Debian package."""
+    """Copies kinegraph's licence and the copyright of every included Debian package."""
     folder.mkdir(parents=True)
     for name in ("LICENSE", "third_party_notes.md"):
         shutil.copy(ROOT / name, folder)

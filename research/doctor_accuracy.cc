@@ -1,13 +1,14 @@
 // How often the doctor identifies a fault in the description of a recording,
 // and how often it reports a fault in a sound one. Each kind of fault is
-// applied to synthetic scenes, whose seeds differ from the tests', with a
+// applied to synthetic scenes, with seeds other than those of the tests and a
 // detector that has constant offsets.
 //
-//   doctor_accuracy [SCENES_A_KIND] [FIRST_SEED] [KIND] [--json=FILE]
+//   doctor_accuracy [SCENES_PER_KIND] [FIRST_SEED] [KIND] [--json=FILE]
 //
-// Prints one line per kind: identified, not identified, confidently wrong (a
-// finding of another kind with a confidence of 0.8 or more), and the one-sided
-// 95 % limits (Clopper and Pearson 1934).
+// Prints one line per kind: the numbers of scenes, of identified faults, of
+// findings of another kind with a confidence of 0.8 or more ("wrong"), and of
+// verdicts "suspect"; then totals with one-sided 95 % limits (Clopper and
+// Pearson 1934).
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -27,7 +28,7 @@ namespace {
 
 struct Fault {
   std::string name;
-  // Findings that identify it. Empty: the scene is sound.
+  // The kinds of findings that identify the fault. Empty: the scene is sound.
   std::set<std::string> kinds;
   std::function<void(Random*, FaultySceneOptions*)> options;
   std::function<void(Random*, FaultyScene*)> spoil;
@@ -71,7 +72,7 @@ void ScaleImages(const std::function<double(const Camera&)>& factor,
   }
 }
 
-// Frame times stated by a clock that runs `factor` times as fast.
+// States frame times of a clock that runs `factor` times as fast.
 void TellRate(double factor, FaultyScene* scene) {
   scene->scene.frame_rate_hz *= factor;
   scene->detections.header.frame_rate_hz *= factor;
@@ -89,7 +90,7 @@ std::vector<Fault> Faults() {
   const auto pose = [](const std::function<Camera(const Camera&)>& stated) {
     return [stated](Random*, FaultyScene* scene) { EachPose(scene, stated); };
   };
-  // One view of five, whose images are later than stated by this much.
+  // The images of one view of five are later than stated by this much.
   const auto late = [](double offset_s) {
     return [offset_s](Random* random, FaultySceneOptions* o) {
       o->clock_offset_s.assign(5, 0.0);
@@ -320,8 +321,8 @@ double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
 }
 
-// Upper one-sided 95 % limit of a rate for `k` of `n` observed: the p for which
-// k or fewer have a probability of 5 %.
+// Upper one-sided 95 % limit of a rate if `k` of `n` were observed: the rate
+// for which k or fewer have a probability of 5 %.
 double UpperLimit(int k, int n) {
   if (k >= n) return 1.0;
   double low = 0.0;
@@ -338,8 +339,8 @@ double UpperLimit(int k, int n) {
   return high;
 }
 
-// Prints to standard error the findings on a fault that was not identified, or
-// findings beyond the fault.
+// Prints all findings of a scene to standard error, if the fault was not
+// identified or another one was reported.
 void PrintFindings(const std::string& fault, uint64_t seed,
                    const Diagnosis& diagnosis) {
   std::fprintf(stderr, "%s, scene %llu: %s\n", fault.c_str(),
@@ -412,8 +413,9 @@ nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
     }
   }
   if (all > 0) {
-    std::printf("named %d of %d; not named: at most %.1f %% (95 %%)\n",
-                all_named, all, 100.0 * UpperLimit(all - all_named, all));
+    std::printf(
+        "identified %d of %d; not identified: at most %.1f %% (95 %%)\n",
+        all_named, all, 100.0 * UpperLimit(all - all_named, all));
     std::printf("confidently wrong %d of %d: at most %.1f %% (95 %%)\n",
                 all_wrong, all, 100.0 * UpperLimit(all_wrong, all));
   }

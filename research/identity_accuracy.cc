@@ -1,22 +1,22 @@
 // Accuracy of identities on synthetic scenes: people who cross, are hidden,
-// leave and return, and recorded clips placed in one room. Prints Markdown:
-// paper mode, graph mode without and with linking (core/identity/linking.h),
-// and the tracklets of graph mode joined by the truth, the best that linking
-// alone could reach.
+// leave and return, and recorded clips placed in one room. Prints a Markdown
+// table for paper mode, graph mode without and with linking
+// (core/identity/linking.h), and the tracklets of graph mode joined by the
+// truth, which is the best that linking alone could reach.
 //
 //   identity_accuracy [--scenes=A,B] [--seeds=FIRST:END] [--set=KEY=VALUE;...]
 //     [--scene=KEY=VALUE;...] [--second_pass] [--linking_only] [--details]
 //     [--lines=FILE] [--tracks=FOLDER] [--json=FILE]
 //   identity_accuracy --table=FILE [--json=FILE]
 //
-// A scene is a name of the table below, or the common beginning of several
-// names such as "6p_5c"; default: all. The counts of each recording are
+// A scene is a name in kLayouts, or the common beginning of several names such
+// as "6p_5c"; default: all. The counts of each recording are
 // appended to FILE of --lines, and --table sums all lines of such a file, so
 // that a long table can be computed in parts. --set changes the options of
 // graph mode, which runs on the whole recording with the block-tridiagonal
 // solver (configs/offline.toml); --scene changes the simulation
-// (scene.stature_sigma=0: all of one height). --second_pass also scores the
-// tracks that `track` would write with linking and a second pass;
+// (scene.stature_sigma=0: all people have the same height). --second_pass also
+// scores the tracks that `track` would write with linking and a second pass;
 // --linking_only omits paper mode. --details lists each change and whether it
 // was right. --tracks stores the tracks of graph mode and reuses existing ones,
 // to repeat linking quickly.
@@ -88,16 +88,17 @@ double DurationS(const Layout& layout) {
   return layout.rate_hz > 100.0 ? 20.0 : 30.0;
 }
 constexpr double kGateM = 0.5;
-constexpr double kLasting = 1.0;  // s, least duration of a lasting exchange
-// Joins with a smaller margin are counted separately: their expected error rate
-// is one in 13 or more.
+constexpr double kLasting =
+    1.0;  // s, minimum duration of a persistent exchange
+// Joins with a smaller margin are counted separately: at least one in 13 of
+// them is expected to be wrong.
 constexpr double kClose = 2.5;  // nats
 // Each person is hidden once, for one of these durations.
 constexpr double kHidden[] = {0.2, 0.5, 1.0, 2.0, 5.0};  // s
 // Clips last only 5 to 15 s.
 constexpr double kHiddenClips[] = {0.2, 0.5, 1.0, 2.0};  // s
-// Two people meet when their centres are this near, and part when they are this
-// far apart [m].
+// Two people meet when their centres are closer than kMeet, and part when they
+// are farther apart than kPart [m].
 constexpr double kMeet = 0.7;
 constexpr double kPart = 1.2;
 
@@ -115,7 +116,8 @@ std::string Overrides(const Layout& layout, int seed, double rate_hz,
          ";scene.duration=" + number(duration_s);
 }
 
-// Removes one person's detections from a frame, and marks the truth.
+// Removes one person's detections from a frame, and marks the true joints as
+// inferred.
 void HideIn(size_t f, int person, SyntheticRecording* recording) {
   DetectionFrame& frame = recording->detections.frames[f];
   for (size_t v = 0; v < frame.views.size(); ++v) {
@@ -150,7 +152,7 @@ void Hide(const Layout& layout, int seed, SyntheticRecording* recording) {
     const auto length =
         static_cast<int64_t>(std::llround(hidden_s * layout.rate_hz));
     const auto count = static_cast<int64_t>(there.size());
-    // Visible for a second before and after.
+    // The person is visible for a second before and after.
     const auto margin = static_cast<int64_t>(layout.rate_hz);
     const int64_t room = count - 2 * margin - length;
     if (room < 1) continue;
@@ -252,8 +254,8 @@ class TrueNames {
   std::map<TrackId, std::vector<std::pair<int64_t, TrackId>>> names_;
 };
 
-// Number of times that an identity is one true person for kLasting and then
-// another for as long.
+// Number of times that an identity belongs to one true person for kLasting and
+// then to another one for as long.
 int LastingExchanges(const TrueNames& names, double rate_hz) {
   const auto lasting = static_cast<int64_t>(kLasting * rate_hz);
   int exchanges = 0;
@@ -282,8 +284,8 @@ TrackSequence JoinedByTruth(const TrackSequence& truth,
       const TrackId name = names.Of(person.id);
       person.id =
           name.value() >= 0 ? name : TrackId(1'000'000 + person.id.value());
-      // Of two simultaneous tracks of one person, the later is a person of its
-      // own.
+      // Of two simultaneous tracks of one person, the second gets an identity
+      // of its own.
       if (count[person.id]++ > 0) {
         person.id = TrackId(2'000'000 + person.id.value());
       }
@@ -339,8 +341,8 @@ Counts CountsOf(const TrackSequence& truth, const TrackSequence& tracks) {
   return counts;
 }
 
-// The most frequent true person of an identity in the second up to `frame` or,
-// with `after`, in the second from it: frames next to a gap are often
+// The most frequent true person of an identity in the second before `frame` or,
+// with `after`, in the second after it, because frames next to a gap are often
 // unmatched.
 TrackId NameAt(const TrueNames& names, TrackId id, int64_t frame, bool after,
                double rate_hz) {
@@ -360,7 +362,7 @@ TrackId NameAt(const TrueNames& names, TrackId id, int64_t frame, bool after,
   return most;
 }
 
-// Counts joins of tracks of different people.
+// Counts joins, and those that join tracks of different people.
 void CountJoins(const TrackSequence& truth, TrackSequence tracks,
                 const std::vector<IdentityEdit>& edits, bool details,
                 Counts* counts) {
@@ -440,8 +442,8 @@ const char* const kModes[] = {"paper", "graph", "graph, linked",
 
 void PrintTable(std::map<Key, Counts> table) {
   std::printf(
-      "| scene | mode | takes | IDF1, %% | HOTA, %% | MOTA, %% | switches | "
-      "encounters | lasting exchanges | joins, wrong |\n"
+      "| scene | mode | recordings | IDF1, %% | HOTA, %% | MOTA, %% | switches "
+      "| encounters | persistent exchanges | joins, wrong |\n"
       "|---|---|---|---|---|---|---|---|---|---|\n");
   for (const Layout& layout : kLayouts) {
     for (const char* mode : kModes) {
@@ -462,7 +464,7 @@ void PrintTable(std::map<Key, Counts> table) {
   }
 }
 
-// The same figures for the documentation, in per cent.
+// Writes the same figures for the documentation, in per cent.
 void WriteJson(const std::string& path, std::map<Key, Counts> table) {
   std::ofstream file(path);
   file.precision(8);
@@ -574,7 +576,8 @@ class Benchmark {
       for (const char* clip : kClips) {
         const auto found =
             testing::FindData(std::string("motion/") + clip + ".jsonl");
-        if (!found.has_value()) throw InputError("needs motion clips");
+        if (!found.has_value())
+          throw InputError("needs data 'motion' (set KINEGRAPH_DATA)");
         clips.push_back(found->string());
       }
     }
@@ -588,7 +591,7 @@ class Benchmark {
     return recording;
   }
 
-  // The tracks of graph mode, from their file if it exists.
+  // The tracks of graph mode, read from their file if it exists.
   TrackSequence FirstPass(const Layout& layout, int seed,
                           const SyntheticRecording& recording,
                           const RunOptions& options) const {
@@ -681,7 +684,7 @@ int Main(int argc, char** argv) {
   Arguments arguments;
   for (int i = 1; i < argc; ++i) {
     if (Parse(argv[i], &arguments)) continue;
-    std::fprintf(stderr, "unknown or wrong: %s\n", argv[i]);
+    std::fprintf(stderr, "unknown or invalid argument: %s\n", argv[i]);
     return 2;
   }
   if (!arguments.table.empty()) {

@@ -1,4 +1,4 @@
-// Errors of estimates on recorded motion seen by a modelled detector, over
+// Errors of estimators on recorded motion observed by a modelled detector, over
 // clips, detectors and frame rates.
 //
 //   motion_matrix [--clips=A[:SECONDS],B] [--rates=25,60]
@@ -7,15 +7,15 @@
 //     [--solver=sweeps|ceres] [--details]
 //     [--oracle=FILE[,FILE]] [--write_oracle=FILE] [--json=FILE]
 //
-// Ratios are to the best fixed tuning of --oracle; for a batch with bones, to
-// the better of those with and without bones.
+// Ratios are relative to the best fixed tuning in the files of --oracle; for a
+// batch with bones, to the better tuning of those with and without bones.
 //
 // --details adds to the JSON, per detector, coverage and errors by acceleration
 // and views with 95 % intervals: a bootstrap over clips and seeds.
 //
-// Association is fixed: every detection is the person's. Errors are those of
-// shoulders to ankles; a joint that is not written counts as 500 mm. The first
-// second of a recording is counted separately.
+// Association is fixed: every detection belongs to the person. Errors are those
+// of the joints from shoulders to ankles; a joint that is not written counts as
+// 500 mm. The first second of a recording is counted separately.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -46,7 +46,7 @@ using testing::MotionRecording;
 using testing::SteadyClip;
 
 constexpr double kNotWritten_m = 0.5;
-constexpr double kApart_s = 1.0;  // counted separately at the beginning
+constexpr double kApart_s = 1.0;  // beginning that is counted separately
 // 95 % quantile of chi-square with three degrees of freedom.
 constexpr double kChi95 = 7.8147;
 constexpr std::array<double, 4> kAccelerations = {5.0, 15.0, 30.0, 1e9};
@@ -262,8 +262,8 @@ std::vector<Cell> CellsOf(const Settings& settings) {
   return cells;
 }
 
-// Noise as specified, not learned (FixedNoise), as in commit 98b8b86, with all
-// tunings of process noise and loss.
+// Strategies with specified instead of learnt noise (FixedNoise), as in commit
+// 98b8b86, for all tunings of process noise and loss.
 std::vector<Strategy> FixedTunings(OutputKind kind, bool bones,
                                    GraphSolver solver) {
   std::vector<Strategy> strategies;
@@ -352,7 +352,7 @@ std::vector<Strategy> Chosen(const Settings& settings) {
   return chosen;
 }
 
-// Best fixed tuning by cell and kind of estimator, as recorded.
+// The recorded best fixed tuning of a cell and kind of estimator.
 struct Frozen {
   std::string tuning;
   double rmse_mm = 0.0;
@@ -418,7 +418,7 @@ void PrintSummary(const std::string& name, const Errors& e) {
     if (e.inside_by_views[v].count < 100) continue;
     std::printf(" %zu: %.1f %%", v, e.inside_by_views[v].percent());
   }
-  std::printf("; %.3f ms a frame\n", 1e3 * e.cpu_s / e.frames);
+  std::printf("; %.3f ms per frame\n", 1e3 * e.cpu_s / e.frames);
 }
 
 void Merge(const Errors& part, Errors* whole) {
@@ -443,8 +443,7 @@ void Merge(const Errors& part, Errors* whole) {
   whole->frames += part.frames;
 }
 
-// For one detector and strategy, the errors of each clip and seed (at all
-// rates).
+// For one detector and strategy, the errors by clip and seed, over all rates.
 using Units = std::map<std::string, Errors>;
 
 Errors Pooled(const Units& units) {
@@ -453,11 +452,12 @@ Errors Pooled(const Units& units) {
   return whole;
 }
 
-// Numerator and weight of a unit in a share or mean.
+// Sum and weight of a unit in a fraction or mean.
 using PartOf = std::function<std::pair<double, double>(const Errors&)>;
 
-// Weighted mean over all units, divided by that of `below` if given, with the
-// interval by resampling units; NaN, which JSON writes as null, without weight.
+// Weighted mean over all units, divided by that of `below` if given, with an
+// interval from resampling units. NaN, which becomes null in JSON, without
+// weight.
 nlohmann::json WithInterval(const Units& units, const PartOf& part,
                             double scale, const Units* below = nullptr,
                             bool root = false) {
@@ -653,7 +653,8 @@ class Matrix {
       double sum = 0.0;
       for (const double ratio : ratios) sum += std::log(ratio);
       std::printf(
-          "%-18s to the best fixed tuning: geometric mean %.3f, worst %.3f\n",
+          "%-18s ratio to the best fixed tuning: geometric mean %.3f, worst "
+          "%.3f\n",
           name.c_str(), std::exp(sum / static_cast<double>(ratios.size())),
           *std::max_element(ratios.begin(), ratios.end()));
     }
@@ -680,8 +681,8 @@ class Matrix {
   std::map<std::string, std::map<std::string, Units>> units_;  // by detector
 };
 
-bool BenchmarkRecording(const char* argument, const std::string& name,
-                        std::string* value) {
+bool FlagValue(const char* argument, const std::string& name,
+               std::string* value) {
   const std::string start = "--" + name + "=";
   if (std::strncmp(argument, start.c_str(), start.size()) != 0) return false;
   *value = argument + start.size();
@@ -693,37 +694,36 @@ int Main(int argc, char** argv) {
   settings.strategies = {"window", "batch"};
   for (int i = 1; i < argc; ++i) {
     std::string value;
-    if (BenchmarkRecording(argv[i], "clips", &value)) {
+    if (FlagValue(argv[i], "clips", &value)) {
       settings.clips = Split(value);
-    } else if (BenchmarkRecording(argv[i], "rates", &value)) {
+    } else if (FlagValue(argv[i], "rates", &value)) {
       settings.rates = Split(value);
-    } else if (BenchmarkRecording(argv[i], "noises", &value)) {
+    } else if (FlagValue(argv[i], "noises", &value)) {
       settings.noises = Split(value);
-    } else if (BenchmarkRecording(argv[i], "strategies", &value)) {
+    } else if (FlagValue(argv[i], "strategies", &value)) {
       settings.strategies = Split(value);
-    } else if (BenchmarkRecording(argv[i], "seconds", &value)) {
+    } else if (FlagValue(argv[i], "seconds", &value)) {
       settings.seconds = std::atof(value.c_str());
-    } else if (BenchmarkRecording(argv[i], "rest", &value)) {
+    } else if (FlagValue(argv[i], "rest", &value)) {
       settings.rest_s = std::atof(value.c_str());
-    } else if (BenchmarkRecording(argv[i], "joint_sway", &value)) {
+    } else if (FlagValue(argv[i], "joint_sway", &value)) {
       settings.joint_sway_m = std::atof(value.c_str());
-    } else if (BenchmarkRecording(argv[i], "solver", &value)) {
+    } else if (FlagValue(argv[i], "solver", &value)) {
       if (value != "sweeps" && value != "ceres") {
         std::fprintf(stderr, "unknown solver %s\n", value.c_str());
         return 2;
       }
       settings.solver = value == "sweeps" ? GraphSolver::kBlockTridiagonal
                                           : GraphSolver::kCeres;
-    } else if (BenchmarkRecording(argv[i], "cameras", &value)) {
+    } else if (FlagValue(argv[i], "cameras", &value)) {
       settings.cameras = std::atoi(value.c_str());
-    } else if (BenchmarkRecording(argv[i], "oracle", &value)) {
+    } else if (FlagValue(argv[i], "oracle", &value)) {
       settings.oracles = Split(value);
-    } else if (BenchmarkRecording(argv[i], "write_oracle",
-                                  &settings.write_oracle)) {
-    } else if (BenchmarkRecording(argv[i], "json", &settings.json)) {
+    } else if (FlagValue(argv[i], "write_oracle", &settings.write_oracle)) {
+    } else if (FlagValue(argv[i], "json", &settings.json)) {
     } else if (std::strcmp(argv[i], "--details") == 0) {
       settings.details = true;
-    } else if (BenchmarkRecording(argv[i], "seeds", &value)) {
+    } else if (FlagValue(argv[i], "seeds", &value)) {
       char* end = nullptr;
       settings.first_seed = std::strtoull(value.c_str(), &end, 10);
       settings.end_seed = *end == ':' ? std::strtoull(end + 1, nullptr, 10)

@@ -1,5 +1,5 @@
-// Recorded motion seen by synthetic cameras through a modelled detector, with
-// known association: the input of comparisons of smoothers.
+// Recorded motion, observed by synthetic cameras and a modelled detector with
+// known association, as input for comparing smoothers.
 #ifndef KINEGRAPH_RESEARCH_MOTION_RECORDINGS_H_
 #define KINEGRAPH_RESEARCH_MOTION_RECORDINGS_H_
 
@@ -24,7 +24,7 @@ struct SteadyClip {
   }
 };
 
-// The first person of a tracks file, who has to have all joints, moved so that
+// The first person of a tracks file, who must have all joints, moved so that
 // the centre of the path lies above the origin.
 SteadyClip LoadSteadyClip(const std::string& path);
 
@@ -44,21 +44,22 @@ SteadyClip AfterRest(const SteadyClip& clip, double seconds);
 SteadyClip WithJointSway(const SteadyClip& clip, double amplitude_m,
                          uint64_t seed);
 
-// Errors of a detector on a joint's exact image.
+// Errors that a detector adds to the exact projection of a joint.
 struct DetectorModel {
   std::string name;
   double sigma_px = 0.0;            // per axis
   double correlation_time_s = 0.0;  // AR(1); 0: white
-  double outliers = 0.0;            // share of the joints, independently
-  double outlier_px = 40.0;         // their distance, in a random direction
-  double missing = 0.0;             // share of the joints
+  double outliers = 0.0;            // fraction of the joints, independently
+  double outlier_px = 40.0;  // distance of an outlier, in a random direction
+  double missing = 0.0;      // fraction of the joints
 };
 
 // A ring of `count` cameras around the origin, 5 m away and 1.2 m high, focal
 // length 1250 px: a pixel is 4 mm at the origin.
 CameraRig MotionCameras(int count);
 
-// One person's take, ready for estimators: after the joints filter and DLT.
+// The recording of one person, ready for estimators: after the joints filter
+// and DLT.
 struct MotionRecording {
   SceneModel scene;
   SteadyClip clip;  // the truth

@@ -1,15 +1,15 @@
-// Gain of refining cameras and clocks: synthetic recordings (5 cameras, 6
-// people, 10 s) with a wrong calibration or wrong clocks are tracked with the
-// true calibration, with the stated one, and with the refined one, as `track`
-// does, by a batch with bones.
+// Gain of refining cameras and clocks. Synthetic recordings (5 cameras, 6
+// people, 10 s) with a wrong calibration or wrong clocks are tracked by a batch
+// with bones: with the true calibration, with the stated one, and with the one
+// that is refined as in `track`.
 //
 //   refine_accuracy [SEEDS] [FIRST_SEED] [FAULT] [--json=FILE]
 //
 // Per fault: mean error of joints [mm] with the true, stated and refined
-// calibration, ratio of the last to the first, share of joints in their 95 %
-// ellipsoids after refinement, rms error of the refined parameters (degrees,
-// px, per cent or ms) with the rms that the covariance states, how often the
-// refinement was accepted, and its processor time [s].
+// calibration, ratio of the refined to the true one, percentage of joints in
+// their 95 % ellipsoids after refinement, rms error of the refined parameters
+// (degrees, px, per cent or ms) and the rms that the covariance states, how
+// often the refinement was accepted, and its processor time [s].
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -82,7 +82,7 @@ std::vector<Fault> Faults() {
   const std::string clock = "cameras.refine_clock=true";
   const std::vector<double> in_time(5, 0.0);
   const std::vector<double> off_s = {0.0, 0.08, 0.0, -0.05, 0.0};
-  // Clips of five seconds: three people after three others.
+  // Clips of five seconds: three people are followed by three others.
   const Clips hop = {{"hop_30hz", 0.0}, {"hop_30hz", 0.37}, {"hop_30hz", 0.74},
                      {"hop_30hz", 5.0}, {"hop_30hz", 5.37}, {"hop_30hz", 5.74}};
   const Clips hop_stop = FourOf("start_hop_stop_120hz");
@@ -119,8 +119,8 @@ std::vector<Fault> Faults() {
   };
 }
 
-// Rotation error of each camera in the world's axes, relative to the mean over
-// cameras (the world's own rotation): rms over cameras [degrees].
+// Rms over cameras [degrees] of the rotation error in the world's axes,
+// relative to the mean error of all cameras, which is a rotation of the world.
 double AngleAboutMean(const CameraRig& cameras, const CameraRig& truth) {
   std::vector<Eigen::Vector3d> turns;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -167,8 +167,7 @@ TrackSequence Tracked(const RunOptions& options, const CameraRig& cameras,
   return tracks;
 }
 
-// Errors of the parameters, and the standard deviations that the covariance
-// states.
+// Adds the errors of the parameters and their stated standard deviations.
 void AddParameters(const Fault& fault, const FaultyScene& scene,
                    const ReadyRecording& refined, Sums* sums) {
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
@@ -203,8 +202,8 @@ void AddParameters(const Fault& fault, const FaultyScene& scene,
   }
 }
 
-// A scene with larger clock errors than the generator allows: whole seconds are
-// realised by delaying images in the files.
+// A scene with larger clock errors than the generator allows: for whole
+// seconds, images are moved to other frames.
 FaultyScene LateScene(FaultySceneOptions options,
                       const std::vector<double>& offsets_s) {
   std::vector<int64_t> frames;
@@ -265,9 +264,9 @@ void AddRecording(const Fault& fault, uint64_t seed, Sums* sums) {
   sums->refine_s += ProcessorSeconds() - start_s;
   for (const RefineStep& step : refined.refinement->steps) {
     if (step.taken) continue;
-    std::fprintf(stderr, "%s, seed %llu: %s not taken: %s\n",
-                 fault.name.c_str(), static_cast<unsigned long long>(seed),
-                 step.what.c_str(), step.reason.c_str());
+    std::fprintf(stderr, "%s, seed %llu: %s rejected: %s\n", fault.name.c_str(),
+                 static_cast<unsigned long long>(seed), step.what.c_str(),
+                 step.reason.c_str());
   }
   const TrackSequence tracks =
       Tracked(plain, refined.cameras, *refined.detections, &*refined.record);
@@ -298,7 +297,7 @@ nlohmann::json Run(int seeds, uint64_t first_seed, const std::string& only) {
   nlohmann::json rows = nlohmann::json::array();
   std::printf("%-24s %7s %7s %7s %6s %8s %9s %9s %6s %6s\n", "fault, refined",
               "true", "stated", "refined", "ratio", "covered", "rms", "sigma",
-              "taken", "s");
+              "accept", "s");
   for (const Fault& fault : Faults()) {
     if (fault.name.find(only) == std::string::npos) continue;
     if (!fault.clips.empty() && !FindData("motion").has_value()) {

@@ -1,22 +1,24 @@
-// Accuracy of cameras estimated from people alone (`calibrate`): rooms of
-// random seeds, with random parameters.
+// Accuracy of cameras estimated from people alone (`calibrate`), in simulated
+// rooms with random parameters.
 //
 //   rig_accuracy FIRST_SEED COUNT [track|lenses|size|clips]
 //
 // Prints one line per room: its parameters, verdict, largest errors of rotation
-// [deg] and place [% of the room] after a similarity, number of errors
-// within the stated 95 % regions, rms error of the clocks [ms], processor
-// time [s]; then a summary. `track`: also the mean error of the people's joints
-// with the estimated cameras and clocks and with the true ones [mm], after the
-// cameras' similarity and after that of the tracks themselves. `lenses`,
-// `size`: rooms of four cameras with real lenses that see one to four people
-// walk, or recorded people (odd seeds), for 40 to 60 s; given are the lenses or
-// only the size of the images.
+// [deg] and position [% of the room's size] after a similarity, number of
+// errors within the stated 95 % regions, rms error of the clocks [ms],
+// processor time [s]; then a summary. `track`: also the mean error of the
+// people's joints [mm] with the estimated and with the true cameras and clocks,
+// after aligning the cameras and after aligning the tracks by a similarity.
+// `lenses`, `size`: rooms of four cameras with realistic lenses and one to four
+// people, simulated or recorded (odd seeds), for 40 to 60 s; `lenses` specifies
+// the lenses, `size` only the image size. `clips`: like `lenses`, with one or
+// two people for the length of a clip (12 s if simulated).
 //
 //   rig_accuracy compare TRUTH FOUND [ALIGNED]
 //
-// The same errors for two calibrations, camera by camera. ALIGNED: writes the
-// found calibration in the world of the true one, for scores against truth.
+// Prints these errors for two calibrations, by camera. ALIGNED: writes the
+// found calibration in the world of the true one, for scoring tracks against
+// the truth.
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -55,8 +57,8 @@ struct CameraError {
   double room_share = 0.0;
 };
 
-// The similarity by the mean rotation and the centres: the point x of the true
-// world is middle_f + scale Q (x - middle_t) in the found world.
+// The similarity from the mean rotation and the camera centres: a point x of
+// the true world is middle_f + scale Q (x - middle_t) in the found world.
 struct Alignment {
   Eigen::Matrix3d Q;
   Eigen::Vector3d middle_t = Eigen::Vector3d::Zero();
@@ -219,8 +221,8 @@ NoiseOptions Noise(Random* random, int cameras, double focal, double* sigma,
   NoiseOptions noise;
   noise.seed = static_cast<int64_t>(random->Index(1000000));
   *sigma = random->Uniform(2.0, 6.0);
-  // By the noise model of detectors: a constant offset of 9 mm per axis, 14 mm
-  // at the hips.
+  // According to the noise model of detectors: a constant offset of 9 mm per
+  // axis, 14 mm at the hips.
   const auto joint = [&](double lasting_mm) {
     JointNoise one;
     one.reference_depth_m = 5.0;
@@ -312,7 +314,7 @@ Room MakeRoom(int seed) {
   return room;
 }
 
-// Gives a camera a lens as measured ones have: barrel distortion, which k2
+// Gives a camera a lens like a measured one: barrel distortion, which k2
 // reduces towards the corners, and a principal point off by 1 % of the width.
 Camera WithRealLens(const Camera& camera, Random* random) {
   CameraParameters p = camera.parameters();
@@ -326,8 +328,8 @@ Camera WithRealLens(const Camera& camera, Random* random) {
   return Camera(p);
 }
 
-// Moves what a view shows to later frames, or earlier ones. Clocks of noise are
-// within a second.
+// Moves the images of a view to later (or earlier) frames, because the noise
+// model limits clock errors to a second.
 void ShowLater(size_t view, int frames, DetectionSequence* recording) {
   const std::vector<DetectionFrame> shown = recording->frames;
   const int count = static_cast<int>(shown.size());
@@ -340,7 +342,7 @@ void ShowLater(size_t view, int frames, DetectionSequence* recording) {
   }
 }
 
-// One clip per person, all from the start.
+// One clip per person; all clips begin at time 0.
 std::vector<std::shared_ptr<const Actor>> OneClipEach(Random* random,
                                                       int people) {
   static const std::vector<std::string> kClips = {
@@ -349,7 +351,8 @@ std::vector<std::shared_ptr<const Actor>> OneClipEach(Random* random,
   std::vector<kinegraph::MotionClip> clips;
   const size_t first = random->Index(kClips.size());
   for (int person = 0; person < people; ++person) {
-    // Another one for each: nothing would tell two people of one clip apart.
+    // A different clip for each person: two people with the same clip could not
+    // be distinguished.
     const std::string& name =
         kClips[(first + static_cast<size_t>(person)) % kClips.size()];
     clips.push_back(
@@ -436,17 +439,16 @@ struct RoomScore {
   double nees = 0.0;  // of all rotations and centres, over degrees of freedom
 };
 
-// Squared error in stated standard deviations. `floor`: sigma added for
-// rounding and what the similarity absorbs.
+// Squared error, normalised by the stated covariance. `floor`: standard
+// deviation added for rounding and for what the similarity absorbs.
 double Squared(const Eigen::Vector3d& error, Eigen::Matrix3d covariance,
                double floor) {
   covariance.diagonal().array() += floor * floor;
   return error.dot(covariance.ldlt().solve(error));
 }
 
-// Normalised squared error of all rotations and centres together, over their
-// degrees of freedom: those of the covariance's directions that the gauge does
-// not hold.
+// Normalised squared error of all rotations and centres together, divided by
+// the degrees of freedom, the directions that the gauge does not fix.
 double NeesOf(const std::vector<CameraError>& errors,
               const RecordingCalibration& found) {
   std::vector<Eigen::Index> poses;
@@ -461,7 +463,7 @@ double NeesOf(const std::vector<CameraError>& errors,
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
       Eigen::MatrixXd(found.rig.covariance(poses, poses)));
-  // The gauge holds seven directions: those of the least variance.
+  // The gauge fixes seven directions, those of the least variance.
   constexpr Eigen::Index kHeld = 7;
   double squares = 0.0;
   for (Eigen::Index i = kHeld; i < error.size(); ++i) {
@@ -550,8 +552,8 @@ TrackSequence Nearest(const TrackSequence& truth, TrackSequence tracks) {
 
 // Mean error of the joints with given cameras and clocks [m].
 struct TrackingError {
-  double as_cameras = 0.0;  // in the cameras' world
-  double nearest = 0.0;     // after the similarity of the tracks themselves
+  double as_cameras = 0.0;  // after aligning the cameras
+  double nearest = 0.0;     // after aligning the tracks by a similarity
 };
 
 TrackingError TrackingErrorOf(const Room& room, const RunOptions& options,
@@ -570,7 +572,7 @@ TrackingError TrackingErrorOf(const Room& room, const RunOptions& options,
 TrackingError CompareTracking(const Room& room, const RunOptions& options,
                               const RecordingCalibration& found) {
   std::vector<CameraChange> late(room.late_s.size(), CameraChange::Zero());
-  // The reference view's clock error remains in the found recording, too.
+  // The clock error of the reference view also remains in the found recording.
   CameraChange reference = CameraChange::Zero();
   reference[kOffsetAt] = room.late_s[0] - found.rig.views[0].clock_s;
   for (size_t v = 0; v < late.size(); ++v) {
@@ -585,8 +587,8 @@ TrackingError CompareTracking(const Room& room, const RunOptions& options,
   const TrackingError ratio = {with_found.as_cameras / with_true.as_cameras,
                                with_found.nearest / with_true.nearest};
   std::printf(
-      "%4s joints %.1f mm, with the true cameras %.1f: %+.1f %%; after the "
-      "tracks' own similarity %.1f, %.1f: %+.1f %%\n",
+      "%4s joints %.1f mm, with the true cameras %.1f: %+.1f %%; after "
+      "aligning the tracks %.1f, %.1f: %+.1f %%\n",
       "", 1e3 * with_found.as_cameras, 1e3 * with_true.as_cameras,
       100.0 * (ratio.as_cameras - 1.0), 1e3 * with_found.nearest,
       1e3 * with_true.nearest, 100.0 * (ratio.nearest - 1.0));
@@ -601,8 +603,8 @@ void SummariseTracking(const std::vector<TrackingError>& more) {
     mean.nearest += one.nearest / static_cast<double>(more.size());
   }
   std::printf(
-      "joints of %zu rooms: %+.1f %% in the geometric mean, %+.1f %% after the "
-      "tracks' own similarity\n",
+      "joint errors in %zu rooms: %+.1f %% (geometric mean), %+.1f %% after "
+      "aligning the tracks\n",
       more.size(), 100.0 * std::expm1(mean.as_cameras),
       100.0 * std::expm1(mean.nearest));
 }
@@ -638,20 +640,20 @@ void Summarise(const std::vector<RoomScore>& scores) {
     counted += score.counted;
   }
   std::printf(
-      "%zu rooms, %d calibrated (%d of %d with three cameras and more); of "
+      "%zu rooms, %d calibrated (%d of %d with three or more cameras); of "
       "those %d within 0.3 deg and 1 %%, %d beyond 1 deg; covariances cover "
       "%.1f %%\n",
       scores.size(), calibrated, of_three, three, within, beyond,
       100.0 * covered / std::max(1, counted));
   std::printf(
-      "%d partly (covered %.1f %%), %d refused; NEES over its degrees of "
-      "freedom %.2f in the median\n",
+      "%d partly (covered %.1f %%), %d refused; median NEES per degree of "
+      "freedom %.2f\n",
       partly, 100.0 * partly_covered / std::max(1, partly_counted), refused,
       nees.empty() ? 0.0 : Median(nees));
 }
 
-// Errors and stated standard deviations of focal lengths and principal points,
-// and k1 [of the rays at the edge of the image].
+// Prints errors (and stated standard deviations) of focal lengths and principal
+// points, and k1 with its true value.
 void PrintLenses(const Room& room, const RecordingCalibration& found) {
   Eigen::Index at = 0;
   for (size_t v = 0; v < found.rig.used.size(); ++v) {

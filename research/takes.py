@@ -3,9 +3,9 @@
 "Recordings of others" of docs/results.md; research/remake calls it.
 
 Every recording is tracked with the configuration that `init` writes. Where
-there is no truth, each camera is left out in turn, and its detections are
-compared with the projected tracks of the others and with plain triangulation
-(DLT) from the same views. The measures are computed by KINEGRAPH_DATA/takes
+there is no truth, each camera is held out in turn, and its detections are
+compared with the projected tracks of the other cameras and with plain
+triangulation (DLT) from the same views. The measures are computed by KINEGRAPH_DATA/takes
 (evaluate_take.py, field_lib.py), independently of this project. Needs numpy,
 scipy and h5py.
 """
@@ -37,8 +37,8 @@ def build():
 
 
 def program(command):
-    """Path of a program. Run directly, as the check of the build by ./kinegraph would
-    be timed, too."""
+    """Path of a program. It is run directly, because ./kinegraph would add the time for
+    checking the build."""
     return os.path.join(BUILD, "apps", "kinegraph-" + command)
 
 
@@ -104,7 +104,7 @@ def pizza(out, first, last):
     matches = (np.load(os.path.join(TAKES, "pizza/matches.npy")) if first == 0 else
                field_lib.make_matches(cameras, seen, tracks, range(first, last)))
     ours, plain = left_out(out, cameras, seen, matches, 0.3, words)
-    return ["left out, px", ours, plain, "", str(people), cost]
+    return ["held out, px", ours, plain, "", str(people), cost]
 
 
 def cheetah(out):
@@ -122,11 +122,11 @@ def cheetah(out):
     _, people, cost, words = track(out, "cheetah", "cheetah_acinoset/calibration.toml", folder,
                                    "--frame_rate=90")
     ours, plain = left_out(out, cameras, seen, matches, 0.6, words)
-    return ["left out, px", ours, plain, "", str(people), cost]
+    return ["held out, px", ours, plain, "", str(people), cost]
 
 
 def crowd(out, name):
-    """Scores people of boxes, whose joints are top and bottom, by their mean."""
+    """Scores people who are boxes with the joints top and bottom, by the boxes' centres."""
     detections = os.path.join(TAKES, f"crowd_cmc/{name}.jsonl")
     tracks, people, cost, _ = track(out, name, "crowd_cmc/cameras.json", detections)
 
@@ -157,26 +157,26 @@ def by_take(out, name, label, measure):
     return [measure, *(figures.get(who, "") for who in ("tracks", "DLT", "peer")), "", ""]
 
 
-# Name, source, how it is scored.
+# Name, source, function that scores it.
 SHOWN = [
     ("pizza, frames 0 to 599", "Panoptic, OpenPose: five people at a table, five HD cameras",
      lambda out: pizza(out, 0, 600)),
-    ("pizza, frames 600 to 1199", "the same", lambda out: pizza(out, 600, 1200)),
+    ("pizza, frames 600 to 1199", "as above", lambda out: pizza(out, 600, 1200)),
     ("JulesFlick2", "AcinoSet, DeepLabCut: a running cheetah, six fisheye cameras", cheetah),
     ("CMC1", "Ong et al.: boxes of three people, four cameras, 4 Hz; peer: MS-GLMB",
      lambda out: crowd(out, "cmc1")),
     ("CMC2", "Ong et al.: boxes of ten people, four cameras, 4 Hz; peer: MS-GLMB",
      lambda out: crowd(out, "cmc2")),
     ("caliscope_human", "Caliscope, MediaPipe: a sitting person, four webcams",
-     lambda out: by_take(out, "caliscope_human", "px at all", "left out, px")),
+     lambda out: by_take(out, "caliscope_human", "px at all", "held out, px")),
     ("caliscope_board", "Caliscope: a board, four webcams; peer: Caliscope",
      lambda out: by_take(out, "caliscope_board", "mm off a rigid board", "off a rigid board, mm")),
     ("mouse_dannce", "DANNCE: labels of a mouse with added noise, six cameras",
      lambda out: by_take(out, "mouse_dannce", "mm to the truth", "to the labels, mm")),
     ("mouse_sleap", "sleap-anipose: a mouse, four cameras",
-     lambda out: by_take(out, "mouse_sleap", "px at side", "left out, px")),
+     lambda out: by_take(out, "mouse_sleap", "px at side", "held out, px")),
     ("fly_eks", "EKS: legs of a fly, three cameras",
-     lambda out: by_take(out, "fly_eks", "px at all", "left out, px")),
+     lambda out: by_take(out, "fly_eks", "px at all", "held out, px")),
     ("fly_deepfly3d", "DeepFly3D: a fly, seven cameras; peer: DeepFly3D",
      lambda out: by_take(out, "fly_deepfly3d", "px in the views", "in the views, px")),
     ("StaticTrial", "Pose2Sim: a standing person, four cameras; peer: Pose2Sim",
@@ -184,7 +184,7 @@ SHOWN = [
                          "in the views, px")),
 ]
 HEAD = ["recording", "source", "measure", "kinegraph", "DLT", "peer", "identities",
-        "ms a person-frame"]
+        "ms per person-frame"]
 
 
 def table(names=()):

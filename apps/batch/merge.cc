@@ -30,14 +30,14 @@ struct BatchMeasure {
   const char* title;
   const char* file;            // in the folder of a task
   const char* path;            // JSON pointer of the value
-  const char* standard_error;  // of the same, over frames; may be empty
+  const char* standard_error;  // JSON pointer, over frames; may be empty
   double scale = 1.0;          // from the file's unit to the title's
   int decimals = 1;
 };
 const BatchMeasure kMeasures[] = {
     {"mpjpe_mm", "Mean joint error (MPJPE), mm", "evaluation.json",
      "/result/raw_m", "/result/raw_interval_m/standard_error", kMmPerM, 2},
-    {"mpjpe_bias_removed_mm", "The same, each joint's bias removed, mm",
+    {"mpjpe_bias_removed_mm", "MPJPE with each joint's bias removed, mm",
      "evaluation.json", "/result/bias_removed_m",
      "/result/bias_removed_interval_m/standard_error", kMmPerM, 2},
     {"pcp_percent", "PCP, total, mean of actors, %", "evaluation.json",
@@ -52,9 +52,8 @@ const BatchMeasure kMeasures[] = {
     {"idf1_percent", "IDF1, %", "identity.json", "/result/idf1", "", 100.0, 2},
     {"switches", "Identity switches", "identity.json", "/result/switches", "",
      1.0, 0},
-    {"held_out_mean_px",
-     "Held-out cameras: mean error, each capped at 30 px, px", "held_out.json",
-     "/result/rows/0/mean_truncated_px/value",
+    {"held_out_mean_px", "Held-out cameras: mean of min(error, 30 px), px",
+     "held_out.json", "/result/rows/0/mean_truncated_px/value",
      "/result/rows/0/mean_truncated_px/interval/standard_error", 1.0, 2},
     {"held_out_p90_px", "Held-out cameras: 90th percentile, px",
      "held_out.json", "/result/rows/0/p90_px/value",
@@ -76,7 +75,7 @@ struct Results {
     const auto at = columns.find({measure.key, configuration});
     return at == columns.end() ? BatchColumn(recordings.size()) : at->second;
   }
-  // The measures that any task has.
+  // The measures that at least one task has.
   std::vector<BatchMeasure> Measures() const {
     std::vector<BatchMeasure> found;
     for (const BatchMeasure& measure : kMeasures) {
@@ -141,7 +140,7 @@ Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
     const std::string folder = out + "/" + task.Name();
     if (!IsFile(folder + "/task.json")) {
       throw InputError(folder + "/task.json", "",
-                       "has gone while the results were read");
+                       "was removed while the results were read");
     }
     const Json made = ReadJson(folder + "/task.json");
     results.processors.insert(made.value("processor", "unknown"));
@@ -159,7 +158,7 @@ std::string SummaryCell(const BatchSummary& summary, int decimals) {
 std::string MeasureTable(const Results& results, const BatchMeasure& measure) {
   const std::string& first = results.configurations.front();
   Table table(RowOf("configuration", results.recordings, "mean [95 %]",
-                    "less " + first + " [95 %]"));
+                    "minus " + first + " [95 %]"));
   const BatchColumn base = results.ColumnOf(measure, first);
   for (const std::string& configuration : results.configurations) {
     const BatchColumn column = results.ColumnOf(measure, configuration);
@@ -192,10 +191,10 @@ std::string Markdown(const Results& results, const std::string& out,
                      size_t task_count) {
   std::string text = fmt::format(
       "# Batch\n\n{} recordings, {} configurations; {} of {} tasks done. Made "
-      "on {}, commit {}.\n\nIntervals: recordings are drawn with replacement "
-      "(2000 times), each drawn recording's figure around its value with the "
-      "standard error of its block bootstrap over frames. Differences are "
-      "taken recording by recording.\n",
+      "on {}, commit {}.\n\n95 % intervals come from a two-level bootstrap: "
+      "recordings are drawn with replacement (2000 times), and each drawn "
+      "value is perturbed by the standard error of its recording's block "
+      "bootstrap over frames. Differences are formed for each recording.\n",
       results.recordings.size(), results.configurations.size(),
       task_count - results.missing.size(), task_count,
       fmt::join(results.processors, "; "), fmt::join(results.commits, "; "));
@@ -205,7 +204,9 @@ std::string Markdown(const Results& results, const std::string& out,
         "may depend on it.\n";
   }
   if (results.commits.size() > 1) {
-    text += "\n**More than one version of the program made these results.**\n";
+    text +=
+        "\n**These results were made by more than one version of the "
+        "program.**\n";
   }
   for (const BatchMeasure& measure : results.Measures()) {
     text += fmt::format("\n## {}\n\n{}", measure.title,
@@ -274,8 +275,8 @@ std::string IndexPage(const std::vector<Task>& tasks, const Results& results,
       "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n"
       "<title>Batch</title>\n<style>body{font-family:sans-serif;margin:2em}"
       "td,th{padding:.2em .8em;text-align:left}</style>\n<h1>Batch</h1>\n"
-      "<p><a href=\"batch.md\">Tables</a>, <a href=\"batch.csv\">figures</a>, "
-      "<a href=\"batch.json\">JSON</a></p>\n<table>\n<tr><th>take</th>"
+      "<p><a href=\"batch.md\">Tables</a>, <a href=\"batch.csv\">CSV</a>, "
+      "<a href=\"batch.json\">JSON</a></p>\n<table>\n<tr><th>recording</th>"
       "<th>configuration</th><th>results</th></tr>\n";
   for (const Task& task : tasks) {
     page += "<tr><td>" + HtmlText(task.recording) + "</td><td>" +

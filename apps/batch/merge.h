@@ -1,4 +1,4 @@
-// One table of all tasks of a batch.
+// Merges the results of all tasks of a batch into tables.
 #ifndef KINEGRAPH_APPS_BATCH_MERGE_H_
 #define KINEGRAPH_APPS_BATCH_MERGE_H_
 
@@ -12,13 +12,13 @@
 
 namespace kinegraph {
 
-// A figure of one task.
+// A value in the results of one task.
 struct BatchValue {
   double value = 0.0;
   double standard_error = 0.0;  // over frames; 0 if unknown
 };
 
-// [take]; no value if a recording lacks it.
+// By recording; nullopt if a recording has no value.
 using BatchColumn = std::vector<std::optional<BatchValue>>;
 
 // Mean over the recordings that have a value, and its interval: recordings are
@@ -32,10 +32,10 @@ struct BatchSummary {
   Interval interval;
 };
 BatchSummary Summarise(const BatchColumn& column);
-// null without recordings.
+// Returns null if there are no recordings.
 Json SummaryJson(const BatchSummary& summary);
 
-// The same for the difference of two configurations, recording by recording.
+// Summarises the differences of two configurations, formed for each recording.
 BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b);
 
 // Reads the results below `out` and writes batch.json, batch.csv, batch.md and

@@ -90,14 +90,14 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
   return steps;
 }
 
-// The path with a checksum of the file; the path alone for a folder or pipe.
+// The path with a checksum of the file; for folders the path alone.
 std::string ContentMark(const std::string& path) {
   if (path.empty() || !IsFile(path) || IsPipe(path)) return path + "\n";
   return fmt::format("{} {:08x}\n", path, Crc32(ReadBytes(path)));
 }
 
-// In the task's folder: standard output of all its programs, and standard error
-// of the one that runs.
+// Files in the task's folder: standard output of all its programs, and standard
+// error of the running program.
 constexpr const char* kLog = "log.txt";
 constexpr const char* kErrors = "errors.txt";
 
@@ -109,7 +109,7 @@ std::string FailureFile(const Task& task, const std::string& out) {
   return FolderOf(task, out) + ".failed.txt";
 }
 
-// The programs of one build are in one folder.
+// All programs of a build are in one folder.
 std::string ProgramOf(const std::string& command) {
   const std::string path = ProgramPath();
   if (path.empty()) {
@@ -124,7 +124,7 @@ std::string LastLine(std::string text) {
   return newline == std::string::npos ? text : text.substr(newline + 1);
 }
 
-// The error of a step, or nothing.
+// Runs a step. Returns its error, or an empty string if it succeeded.
 std::string RunStep(const TaskStep& step, const std::string& folder) {
   std::vector<std::string> words = step.arguments;
   words.insert(words.begin(), ProgramOf(step.command));
@@ -144,7 +144,8 @@ std::string RunStep(const TaskStep& step, const std::string& folder) {
            std::to_string(end.signal);
   }
   return said.empty()
-             ? "kinegraph-" + step.command + " failed without a message"
+             ? "kinegraph-" + step.command +
+                   " failed, or could not be executed, without a message"
              : Printable(LastLine(said), 1000);
 }
 
@@ -188,7 +189,7 @@ std::vector<Task> TasksOf(const Manifest& manifest) {
 
 TaskState StateOf(const Task& task, const std::string& out) {
   const std::string folder = FolderOf(task, out);
-  // Snakemake creates the folder itself, empty.
+  // Snakemake creates the empty folder itself.
   if (!IsFolder(folder) || ListFolder(folder).empty()) {
     return TaskState::kMissing;
   }
@@ -203,7 +204,7 @@ TaskState StateOf(const Task& task, const std::string& out) {
 namespace {
 
 // Runs the steps one after the other. The folder appears under its name when
-// all of them are done; otherwise DIR/TAKE/CONFIGURATION.failed.txt holds the
+// all steps are done; otherwise DIR/TAKE/CONFIGURATION.failed.txt contains the
 // error.
 TaskOutcome RunTask(const Task& task, const std::string& out) {
   TaskOutcome outcome;

@@ -1,5 +1,5 @@
-// The tasks of a batch, each recording with each configuration, and their
-// execution: several at once, each in separate processes.
+// Lists the tasks of a batch, each recording with each configuration, and runs
+// them: several at once, each in processes of its own.
 #ifndef KINEGRAPH_APPS_BATCH_TASKS_H_
 #define KINEGRAPH_APPS_BATCH_TASKS_H_
 
@@ -22,24 +22,25 @@ struct Task {
   std::string recording;
   std::string configuration;
   std::vector<TaskStep> steps;
-  // Covers the arguments of all steps and the contents of the small files that
-  // they name: a different fingerprint is a different task.
+  // Checksum of the arguments of all steps and the contents of the small files
+  // that they name. Another fingerprint means another task.
   std::string fingerprint;
 
   std::string Name() const { return recording + "/" + configuration; }
 };
 
-// In the order of the manifest, takes first. Throws InputError for a
-// configuration that cannot be read.
+// The tasks in the order of the manifest: all configurations of a recording,
+// then the next recording. Throws InputError for a configuration that cannot be
+// read.
 std::vector<Task> TasksOf(const Manifest& manifest);
 
 enum class TaskState {
   kMissing,  // not done yet
   kDone,     // by a task with the same fingerprint
-  kOther,    // done by a different one: other inputs, or other settings
+  kOther,    // done by another task: with other inputs or settings
 };
 
-// State of the folder DIR/TAKE/CONFIGURATION, whose task.json names its
+// State of the folder DIR/TAKE/CONFIGURATION, whose task.json contains the
 // fingerprint.
 TaskState StateOf(const Task& task, const std::string& out);
 
@@ -48,8 +49,8 @@ struct TaskOutcome {
   std::string error;  // one line, from the program itself
 };
 
-// Runs all of them, `jobs` at once, and calls `report` with each outcome, one
-// at a time. Returns how many failed.
+// Runs all tasks, `jobs` at once, and calls `report` with each outcome, one at
+// a time. Returns the number of failed tasks.
 int RunTasks(
     const std::vector<Task>& tasks, const std::string& out, int jobs,
     const std::function<void(const Task&, const TaskOutcome&)>& report);

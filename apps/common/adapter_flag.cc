@@ -7,8 +7,8 @@
 #include "core/io/files/text_file.h"
 
 DEFINE_string(adapter, "",
-              "program that prints a file of a format of yours as JSON Lines "
-              "(docs/adapters.md); asked before any format of ours");
+              "your program that reads an unsupported format and prints JSON "
+              "Lines (docs/adapters.md); tried before all built-in formats");
 
 namespace kinegraph {
 

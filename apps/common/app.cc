@@ -70,8 +70,8 @@ InputError UnknownFlag(const std::string& name) {
   }
   if (positive == "frames_out") {
     return InputError(
-        "--frames_out was removed: the page draws poses on --images and saves "
-        "its view as PNG or SVG");
+        "--frames_out was removed: the page of `kinegraph report` draws poses "
+        "on --images and saves its view as PNG or SVG");
   }
   const std::string shown = "unknown flag --" + Printable(name);
   std::string nearest;
@@ -173,10 +173,10 @@ class CommandLineParser {
     std::string full = flag.type == "string" ? WithHome(value) : value;
     if (again) full = flag.current_value + ";" + full;
     if (gflags::SetCommandLineOption(flag.name.c_str(), full.c_str()).empty()) {
-      throw InputError("--" + flag.name + ": found the text '" +
-                       Printable(value) + "', expected " + Article(flag) +
-                       TypeName(flag) +
-                       (flag.has_validator_fn ? " within its limits" : ""));
+      throw InputError(
+          "--" + flag.name + ": found the text '" + Printable(value) +
+          "', expected " + Article(flag) + TypeName(flag) +
+          (flag.has_validator_fn ? " within the allowed range" : ""));
     }
   }
 
@@ -186,8 +186,8 @@ class CommandLineParser {
 };
 
 #ifdef NDEBUG
-// The attribute, not the keyword: Clang makes it part of the type, which glog
-// requires.
+// __attribute__((noreturn)) rather than [[noreturn]]: with Clang it is part of
+// the function type, as in glog's signature.
 __attribute__((noreturn)) void LeaveAfterFailedCheck() {
   RemovePartialFilesForGood();
   std::_Exit(kExitFailure);
@@ -242,7 +242,7 @@ void Run(int argc, char** argv, const AppInfo& info,
   FinishStdout();
 }
 
-// Prints the line and returns the exit code.
+// Prints the error as one line on stderr and returns the exit code.
 int Fail(const AppInfo& info, const std::string& message, int exit_code) {
   std::cout.flush();  // keeps the order of output
   std::fflush(stdout);
@@ -263,8 +263,8 @@ FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
   FailFlag(flag, text, "A:B with A < B (A is included, B is not)");
 }
 
-// The example of a flag in --help, by its name, or by command and name if its
-// meaning differs there.
+// The example value of a flag in --help, by the flag's name, or by command and
+// name if its meaning differs in that command.
 constexpr std::pair<const char*, const char*> kFlagExamples[] = {
     {"adapter", "./my_reader.py"},
     {"align", "none"},
@@ -432,8 +432,8 @@ std::string HelpText(const AppInfo& info) {
          (first.empty() ? "\n\n" : "\n") + "Optional:\n" + others +
          "  --help\n      print this and exit\n"
          "  --version\n      print the version and exit\n"
-         "  --v  (integer, default 0)\n      diagnosis on stderr; a larger "
-         "number prints more\n";
+         "  --v  (integer, default 0)\n      diagnostic messages on stderr; "
+         "higher values print more\n";
 }
 
 std::vector<FrameRange> ParseFrameRanges(const std::string& text,
@@ -443,7 +443,7 @@ std::vector<FrameRange> ParseFrameRanges(const std::string& text,
     const FrameRange range = ParseFrameRange(part, flag);
     if (!ranges.empty() && range.begin < ranges.back().end) {
       throw InputError("--" + flag + ": '" + Printable(part) +
-                       "' must begin after the range before it ends");
+                       "' must not begin before the previous range has ended");
     }
     ranges.push_back(range);
   }

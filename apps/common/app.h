@@ -1,11 +1,11 @@
-// Common parts of all commands: flags, exit codes, the one-line error.
+// What all commands share: flags, exit codes, the error message of one line.
 //
 //   DEFINE_string(cameras, "", "calibration file");
 //
 //   int main(int argc, char** argv) {
 //     return kinegraph::RunApp(
 //         argc, argv,
-//         {"track", "2D detections to 3D tracks", "--cameras=F --out=F.jsonl",
+//         {"track", "turns 2D detections into 3D tracks", "--cameras=F",
 //          {"--cameras=calibration.json --out=take.jsonl", ...}},
 //         [] {
 //           kinegraph::RequireFlag("cameras", FLAGS_cameras);

@@ -36,8 +36,8 @@ std::string FindProjectConfig(const std::string& name) {
   return "";
 }
 
-// "configurations of kinegraph: default.toml, ...": those for tracking, and the
-// scenes.
+// "configurations of kinegraph: default.toml, ...": for tracking and for
+// synthetic scenes.
 std::string ShippedConfigs() {
   const std::string root = Parent(FindProjectConfig("default.toml"));
   if (root.empty()) return "expected a configuration (TOML)";
@@ -82,7 +82,7 @@ constexpr const char* kEveryday[] = {
     "graph.solver",
 };
 
-// The everyday keys in their order, before the others.
+// Moves the everyday keys to the front, in the order of kEveryday.
 std::vector<ConfigKey> EverydayFirst(std::vector<ConfigKey> keys) {
   auto next = keys.begin();
   for (const char* name : kEveryday) {
@@ -102,7 +102,7 @@ std::string ProjectConfig(const std::string& name) {
   const std::string path = FindProjectConfig(name);
   if (!path.empty()) return path;
   throw InputError("configs/" + name, "",
-                   "not found beside the program or above it");
+                   "found neither beside the program nor in a folder above it");
 }
 
 std::string FindConfig(const std::string& path) {
@@ -115,8 +115,8 @@ std::string FindConfig(const std::string& path) {
   if (!found.empty()) return found;
   if (path == "configs/graph/offline.toml" || path == "graph/offline.toml") {
     throw InputError(path, "",
-                     "is gone; use configs/offline.toml, with --set=skeleton="
-                     "NAME and input.frame_rate where the data need them");
+                     "is gone; use configs/offline.toml, if needed with "
+                     "--set=skeleton=NAME and input.frame_rate");
   }
   throw InputError(path, "", "is not there; " + ShippedConfigs());
 }
@@ -131,7 +131,8 @@ RunOptions OptionsOfFlags(const std::string& config, const std::string& set,
 RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
                           std::string set) {
   if (!(frame_rate_hz >= 0.0 && frame_rate_hz <= 1e5)) {
-    throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
+    throw InputError(
+        "--frame_rate: expected a rate in Hz above 0 and at most 1e5");
   }
   if (frame_rate_hz > 0.0) {
     set = JoinSets(set, fmt::format("input.frame_rate={:.17g}", frame_rate_hz));

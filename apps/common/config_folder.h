@@ -18,8 +18,8 @@ struct RunOptions;
 std::string ProjectConfig(const std::string& name);
 
 // Path of the configuration that a user names: an existing file, else one of
-// the project's, with or without "configs/" in front ("paper/shelf.toml").
-// Throws InputError listing the project's if there is neither.
+// the project's configurations, with or without "configs/" in front
+// ("paper/shelf.toml"). Throws InputError that lists these if there is neither.
 std::string FindConfig(const std::string& path);
 
 // The options of a command: the configuration of --config, by default
@@ -37,17 +37,17 @@ RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
 // Concatenates two lists of --set; either may be empty.
 std::string JoinSets(const std::string& first, const std::string& second);
 
-// The driver's name for command lines in messages: "kinegraph" if it is in this
-// program's folder, else "./kinegraph" of the source tree.
+// The script `kinegraph` as command lines in messages spell it: "kinegraph" if
+// it is in this program's folder, else "./kinegraph" of the source tree.
 std::string DriverName();
 
-// Markdown with two headings and a table each: the everyday keys, and the
-// others. Throws std::logic_error if an everyday key is missing.
+// Markdown with two tables under headings: the everyday keys, and all others.
+// Throws std::logic_error if an everyday key is missing.
 std::string KeyTables(const std::vector<ConfigKey>& keys);
 
-// A commented configuration with the values of `given`: the everyday keys, as
-// comments if at their default, and every other key that differs from its
-// default. Both lists must hold the same keys in the same order.
+// A commented configuration with the values of `given`: the everyday keys,
+// commented out at their default, and every other key that differs from its
+// default. Both lists must contain the same keys in the same order.
 std::string CommentedConfig(const std::vector<ConfigKey>& given,
                             const std::vector<ConfigKey>& usual);
 

@@ -105,13 +105,13 @@ std::string LostTally(const PcpResult& result) {
   const auto nobody = [&](int64_t actor) {
     return Count(without_prediction[actor]);
   };
-  table.AddRow(RowOf("of these, no person found", CellsOf(actors, nobody)));
+  table.AddRow(RowOf("of these, person not found", CellsOf(actors, nobody)));
   return table.ToString();
 }
 
 std::string LostList(const PcpResult& result) {
-  Table table({"part", "actor", "frame", "found as", "length m", "limit m",
-               "error of first end m", "of second end m"});
+  Table table({"part", "actor", "frame", "found as", "length, m", "limit, m",
+               "error of first end, m", "error of second end, m"});
   const auto error = [](const std::optional<double>& value) {
     return value ? Fixed(*value, 3) : std::string("-");
   };
@@ -330,7 +330,8 @@ EvaluationOutput DescribeCameras(const CameraResult& result) {
   table.AddRow({"mean (TE, s-TE, AE)", mm(result.te_m), mm(result.scaled_te_m),
                 Fixed(result.ae_deg, 3)});
   std::string text = table.ToString() +
-                     "scale, true over found: " + Fixed(result.scale, 4) + "\n";
+                     "scale, true / estimated: " + Fixed(result.scale, 4) +
+                     "\n";
   const auto shares = [&text](const std::string& name, const std::string& unit,
                               const std::vector<double>& limits,
                               const std::vector<Share>& of) {
@@ -382,9 +383,9 @@ EvaluationOutput DescribeMpjpe(const MpjpeResult& result) {
                 scaled(result.bias_removed_interval)});
   EvaluationOutput aligned = DescribePck(result);
   EvaluationOutput output = {
-      table.ToString() + aligned.text +
-          "people found, %: " + PercentCell(result.found) +
-          "\ntheir joints found, %: " + PercentCell(result.joints_found) + "\n",
+      table.ToString() + aligned.text + "people found, %: " +
+          PercentCell(result.found) + "\njoints of these people found, %: " +
+          PercentCell(result.joints_found) + "\n",
       {{"raw_m", result.raw_m},
        {"raw_interval_m", ToJson(result.raw_interval)},
        {"bias_removed_m", result.bias_removed_m},
@@ -423,10 +424,11 @@ EvaluationOutput DescribeIdentity(const IdentityResult& result) {
                                     result.true_person_frames)});
   if (result.hidden_person_frames > 0) {
     count("hidden in truth", result.hidden_person_frames);
-    count("  not counted there", result.on_hidden_people);
+    count("  found there, not counted", result.on_hidden_people);
   }
   if (result.beside_annotations > 0) {
-    count("beside annotations, not counted", result.beside_annotations);
+    count("found near no annotated person, not counted",
+          result.beside_annotations);
   }
   return {table.ToString(),
           {{"hota", hota.hota},
@@ -495,7 +497,7 @@ EvaluationOutput DescribeConsistency(const ConsistencyResult& result) {
     return {"", nullptr};
   }
   Table table({"covariances", "joints", "RMSE, mm", "stated, mm",
-               "95 % ellipsoids cover, %", "NEES / 3"});
+               "in 95 % ellipsoid, %", "NEES / 3"});
   Json json = Json::object();
   for (const ConsistencyRow* row : {&result.observed, &result.inferred}) {
     table.AddRow(

@@ -1,4 +1,4 @@
-// Results of core/evaluation as tables for users and JSON for scripts.
+// Formats results of core/evaluation as tables for users and JSON for scripts.
 #ifndef KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_
 #define KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_
 
@@ -26,7 +26,7 @@ struct EvaluationOutput {
   Json json;
 };
 
-// Percentages with counts; the headline also with confidence intervals.
+// Percentages with counts; the headline figures with confidence intervals.
 // `list_lost` adds every lost part to the text (the JSON always has them).
 EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost);
 EvaluationOutput DescribeParity(const ParityResult& result,
@@ -43,12 +43,12 @@ EvaluationOutput DescribeMotion(const MotionResult& result);
 // Empty text and null if there are no covariances.
 EvaluationOutput DescribeConsistency(const ConsistencyResult& result);
 EvaluationOutput DescribeCoverage(const Share& covered);
-// All joints, those without the face, each joint class and each view.
+// Rows: all joints, all joints but the face, each joint class and each view.
 EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
                                  const std::vector<std::string>& view_names);
 
-// The upward direction in the world of a ground truth: in that of CMU Panoptic
-// y points down.
+// The up direction of a ground truth's world: -y for CMU Panoptic, whose y axis
+// points down, else z.
 Eigen::Vector3d UpOfTruth(const TrackSequence& truth);
 
 // Helpers shared with other tables.

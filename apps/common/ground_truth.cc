@@ -52,14 +52,15 @@ bool IsUpright(const TrackSequence& tracks) {
   return !StanceOf(tracks).UpUnlike(Eigen::Vector3d::UnitZ()).has_value();
 }
 
-// The flag that corrects the axes of one of the two: of the truth, unless only
-// the tracks' people are not upright along z.
+// The command or flag that corrects the axes of the truth; of the tracks if
+// only their people are not upright along z.
 std::string AxesAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                        const OtherWorld& other) {
-  if (other.is_mirrored()) return "a mirror image, which no --axes mends";
+  if (other.is_mirrored()) return "a mirror image, which --axes cannot correct";
   const bool of_tracks = IsUpright(*truth.tracks) && !IsUpright(*tracks.tracks);
   if (of_tracks && tracks.path.empty()) {
-    return "--set=cameras.ground=feet turns the world of the tracks";
+    return "--set=cameras.ground=feet aligns the world of the tracks with the "
+           "floor";
   }
   const std::string axes = of_tracks ? AxesInto(tracks, other.axes.transpose())
                                      : AxesInto(truth, other.axes);

@@ -1,4 +1,4 @@
-// Checks before tracks are scored against a ground truth.
+// Checks whether tracks and a ground truth can be compared, before scoring.
 #ifndef KINEGRAPH_APPS_COMMON_GROUND_TRUTH_H_
 #define KINEGRAPH_APPS_COMMON_GROUND_TRUTH_H_
 
@@ -19,9 +19,9 @@ struct ReadRecording {
 };
 
 // Returns notes on the pairing of frames and on people that were not found.
-// Throws InputError if frames cannot be paired by their rates, if people are
+// Throws InputError if the frame rates do not allow pairing, if people are
 // found only with other axes or another unit (naming the flag), and if no
-// person is annotated in `frames`, in the tracks' numbers (empty: all).
+// person is annotated in `frames` (numbered as in the tracks; empty: all).
 std::vector<std::string> CheckGroundTruth(
     const ReadRecording& truth, const ReadRecording& tracks,
     const std::vector<FrameRange>& frames);

@@ -29,8 +29,8 @@
 namespace kinegraph {
 namespace {
 
-// Cameras and detections with which runs are scored, whether tracked here or
-// read from files.
+// The cameras and detections with which runs are scored. Runs are tracked here
+// or read from files.
 struct HeldOutInput {
   HeldOutRequest request;
   RunOptions options;
@@ -87,8 +87,8 @@ TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
   if (!request.reference.empty()) return ReadTracks(request.reference);
   if (!request.held_out_set.empty()) {
     throw InputError(
-        "--reference is required with --held_out_set: the tracks whose people "
-        "the set names");
+        "--held_out_set requires --reference, the tracks with the people to "
+        "whom the set refers");
   }
   RequireFlag("config", request.config);
   RunOptions options =
@@ -97,8 +97,8 @@ TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
   return Track(options, input, -1, request.frames);
 }
 
-// The detections that are scored. Errors are limited to the cap: that of the
-// set, or HeldOutCapPx.
+// The detections to score. Errors are limited to the set's cap_px, or to
+// HeldOutCapPx if `cap_by_width`.
 struct ScoredSet {
   HeldOutSet set;
   bool cap_by_width = false;
@@ -134,7 +134,7 @@ struct HeldOutRun {
   ViewBias bias;
 };
 
-// --runs, if given: one file per view.
+// Checks that there is one run per view, or a configuration to make them.
 void CheckRuns(const HeldOutInput& input) {
   const HeldOutRequest& request = input.request;
   if (request.runs.empty()) {
@@ -143,8 +143,8 @@ void CheckRuns(const HeldOutInput& input) {
   }
   if (!request.folds.empty()) {
     throw InputError(
-        "--folds has no meaning with --runs: they have learnt what they have "
-        "learnt");
+        "--folds does not apply to --runs: their bias was learnt when they "
+        "were made");
   }
   if (request.runs.size() != input.views().size()) {
     throw InputError(fmt::format(
@@ -153,7 +153,7 @@ void CheckRuns(const HeldOutInput& input) {
   }
 }
 
-// The run without a view: read or tracked.
+// Reads or tracks the run without a view.
 HeldOutRun RunOf(const HeldOutInput& input, int view) {
   HeldOutRun run;
   const HeldOutRequest& request = input.request;
@@ -230,8 +230,8 @@ EvaluationOutput DescribeColumns(const HeldOutColumns& columns,
   const EvaluationOutput predicted =
       DescribeHeldOut(columns.detections, input.views());
   output.text +=
-      "\nPredicting detections (the 3D point and the bias that the run has "
-      "learnt of the detector):\n" +
+      "\nPredicting detections (the 3D point plus the detector's bias as "
+      "learnt by the run):\n" +
       predicted.text;
   output.json["predicts_detections"] = predicted.json;
   return output;

@@ -13,8 +13,8 @@
 
 namespace kinegraph {
 
-// Values of the flags of evaluate with these names, by which errors refer to
-// them.
+// The values of evaluate's flags of the same names. Error messages refer to
+// them as --name.
 struct HeldOutRequest {
   std::string cameras;
   std::string detections;
@@ -33,8 +33,8 @@ EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
 // The detections in `frames`; all of them if `frames` is empty.
 HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set);
 
-// The default limit of an error: a tenth of the width of the camera's image.
-// Throws InputError, naming `file`, if that is unknown.
+// The default limit of an error: a tenth of the camera's image width. Throws
+// InputError, naming `file`, if the width is unknown.
 double HeldOutCapPx(const Camera& camera, const std::string& file);
 
 }  // namespace kinegraph

@@ -22,10 +22,10 @@ void EndInputOnInterruption();
 void NameProgram(const std::string& program);
 
 // Prints one line and exits with code 1; partially written files remain,
-// because removing them needs memory. Programs that link this end so whenever
-// an allocation fails. An exception would not suffice: destructors of libraries
-// (JSON's) allocate, and so do threads of libraries, which do not catch
-// exceptions.
+// because removing them needs memory. Every program that links this file ends
+// in this way if an allocation fails. An exception would not suffice:
+// destructors of libraries (JSON's) allocate, and so do threads of libraries,
+// which do not catch exceptions.
 [[noreturn]] void EndOutOfMemory();
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// The machine and build of a measurement.
+// Describes the computer and the build with which results were produced.
 #ifndef KINEGRAPH_APPS_COMMON_MACHINE_H_
 #define KINEGRAPH_APPS_COMMON_MACHINE_H_
 
@@ -8,11 +8,12 @@ namespace kinegraph {
 
 struct Machine {
   std::string processor;  // "unknown" if not available
-  int threads = 0;        // processors offered by the system
+  int threads = 0;        // number of logical processors
   std::string system;     // "Debian GNU/Linux 12 (bookworm)"
   std::string compiler;
-  // Short hash of the repository with the program's configurations, when called
-  // (not when built), with "-dirty" if it has changes; "unknown" without one.
+  // Short commit hash of the repository that contains configs/, read at run
+  // time (not at build time), with "-dirty" if it has local changes; "unknown"
+  // outside a repository.
   std::string commit;
 };
 

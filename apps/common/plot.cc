@@ -25,11 +25,11 @@ const char* const kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                 "#E69F00", "#56B4E9", "#000000", "#F0E442"};
 constexpr int kColourCount = 8;
 constexpr int kCycledColours = kColourCount - 1;
-// gnuplot's numbers of filled circle, square, triangle, diamond and so on.
+// gnuplot's point types: filled circle, square, triangle, diamond and so on.
 constexpr int kMarks[] = {7, 5, 9, 13, 11, 15, 6, 4, 8, 12};
 constexpr int kMarkCount = 10;
 constexpr size_t kCloud = 300;  // larger clouds are drawn as dots
-// Relative to the distance of two categories.
+// Relative to the distance between two categories.
 constexpr double kBarGroupWidth = 0.8;
 
 std::string Number(double value) { return fmt::format("{:.10g}", value); }
@@ -216,7 +216,7 @@ class SeriesScript {
   double shift_;
 };
 
-// Zero, or nothing if bars go below it: gnuplot then includes zero itself.
+// Zero, or nullopt if bars go below it: gnuplot then includes zero itself.
 std::optional<double> LeastBarEnd(const Plot& plot) {
   for (const PlotSeries& series : plot.series) {
     for (const auto* values : {&series.y, &series.y_low}) {
@@ -283,8 +283,8 @@ std::string Script(const std::vector<Plot>& panels, const PlotSize& size) {
   return script;
 }
 
-// Replaces gnuplot's generic title of an image, which browsers show and screen
-// readers read, by that of the plot.
+// Replaces gnuplot's generic image title, which browsers show and screen
+// readers read, by the title of the plot.
 std::string WithTitle(std::string svg, const std::string& title) {
   const std::string standard = "<title>Gnuplot</title>";
   const size_t at = svg.find(standard);
@@ -320,7 +320,7 @@ std::string AllOf(const PlotFile& file) {
   return content;
 }
 
-// The output of gnuplot for `script`, without the user's settings. Throws
+// The output of gnuplot for `script`, run without the user's settings. Throws
 // std::runtime_error if it is not installed or fails.
 std::string RunGnuplot(const std::string& script) {
   const PlotFile input = TemporaryFile();

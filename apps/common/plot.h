@@ -9,8 +9,8 @@
 //   WritePlot({plot}, folder.PathOf("tuning.svg"));
 //
 // The same description gives the same bytes. Colours are those of Okabe and Ito
-// (2008, "Color Universal Design"), which colour-blind people can tell apart;
-// series differ in marks and dashes too.
+// (2008, "Color Universal Design"), which colour-blind people can distinguish;
+// series also differ in marks and dashes.
 #ifndef KINEGRAPH_APPS_COMMON_PLOT_H_
 #define KINEGRAPH_APPS_COMMON_PLOT_H_
 
@@ -40,7 +40,7 @@ struct PlotSeries {
   std::vector<double> x_low = {}, x_high = {};
   std::vector<double> y_low = {}, y_high = {};
   std::vector<std::string> labels = {};  // next to the points
-  // Index; by default the order of the series.
+  // Index into the palette; by default the index of the series.
   std::optional<int> colour = {};
   bool dashed = false;
 
@@ -79,8 +79,8 @@ struct PlotSize {
   int columns = 1;  // of panels
 };
 
-// The panels of one image, row by row, as SVG. Throws std::runtime_error with
-// one line if gnuplot is missing or fails.
+// Draws the panels of one image, row by row, as SVG. Throws std::runtime_error
+// with one line if gnuplot is missing or fails.
 std::string RenderPlot(const std::vector<Plot>& panels,
                        const PlotSize& size = {});
 void WritePlot(const std::vector<Plot>& panels, const std::string& path,

@@ -25,7 +25,7 @@ std::string CameraLines(const RecordingReport& report) {
     width = std::max(width, Printable(camera.view, kMostLetters).size());
   }
   std::string text =
-      fmt::format("{:<{}}  matched  error, px: median   90 %\n", "view", width);
+      fmt::format("{:<{}}  matched  error, px: median    p90\n", "view", width);
   for (const CameraReport& camera : report.cameras) {
     const std::string view = Printable(camera.view, kMostLetters);
     if (camera.detections == 0) {
@@ -41,7 +41,8 @@ std::string CameraLines(const RecordingReport& report) {
 
 std::string PeopleLines(const RecordingReport& report) {
   std::string text = fmt::format(
-      "{} {}, at most {} in one view at once\n", report.people.size(),
+      "{} {}, up to {} in one view (in 5 % of the frames or more)\n",
+      report.people.size(),
       report.people.size() == 1 ? "identity" : "identities",
       report.most_people_in_a_view);
   std::vector<PersonReport> people = report.people;
@@ -75,7 +76,7 @@ std::string PairingText(const RecordingReport& report) {
   }
   std::string text = fmt::format(
       "views are paired with cameras {} "
-      "(cameras.map pairs them otherwise): ",
+      "(override with cameras.map): ",
       ToString(report.paired_by));
   for (const CameraReport& camera : report.cameras) {
     text += (&camera == &report.cameras.front() ? "" : ", ") +
@@ -180,8 +181,8 @@ std::string GroundText(const ReadyRecording& recording) {
   }
   if (!recording.ground.has_value()) return "";
   return fmt::format(
-      "floor: the world was tilted by {:.1f} degrees; {} resting feet lie "
-      "within {:.0f} mm of it\n",
+      "floor: the world was tilted by {:.1f} degrees; the distances of {} "
+      "resting feet from the floor have an RMS of {:.0f} mm\n",
       recording.ground->tilt_deg, recording.ground->foot_count,
       1e3 * recording.ground->spread_m);
 }
@@ -253,7 +254,7 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 
 namespace {
 
-// Counts of all solves, including successful ones.
+// Counts over all solves, successful or not.
 Json SolverJson(const RunSummary& run) {
   const SolveCounts& counts = run.solves;
   return {{"name", run.solver},
@@ -362,26 +363,26 @@ std::string RefinementText(const ReadyRecording& recording) {
   std::string text;
   if (!lags.empty()) {
     text += fmt::format(
-        "clock, whole frames (frame k of the first view corresponds to frame "
-        "k + n): {}\n",
+        "clock offsets in whole frames (VIEW +n: frame k of the first view "
+        "corresponds to frame k + n of VIEW): {}\n",
         fmt::join(lags, ", "));
   }
   for (const RefineStep& step : refinement.steps) {
     if (step.gain.before_px == 0.0 && !step.taken) {
-      text += step.what + ": not taken (" + step.reason + ")\n";
+      text += step.what + ": rejected (" + step.reason + ")\n";
       continue;
     }
     text += fmt::format(
-        "{}: {}, {:.2f} px instead of {:.2f} on the other half of the "
-        "recording{}\n",
-        step.what, step.taken ? "taken" : "not taken", step.gain.after_px,
+        "{}: {}, held-out residual {:.2f} px instead of {:.2f} px{}\n",
+        step.what, step.taken ? "accepted" : "rejected", step.gain.after_px,
         step.gain.before_px,
         step.reason.empty() ? "" : " (" + step.reason + ")");
   }
   if (const auto& motion = recording.world_motion) {
     text += fmt::format(
-        "the refined cameras move the world: by {:.1f} mm on average in the "
-        "region they see, turned by {:.2f} degrees, lengths by {:+.2f} %\n",
+        "the refined cameras define another world frame: mean displacement "
+        "{:.1f} mm in the observed volume, rotation {:.2f} degrees, scale "
+        "{:+.2f} %\n",
         1e3 * motion->moved_m, motion->turned_deg,
         100.0 * (motion->scale - 1.0));
   }

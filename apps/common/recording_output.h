@@ -1,4 +1,4 @@
-// A run's report, for users and programs.
+// Formats the report of a run for users and programs.
 #ifndef KINEGRAPH_APPS_COMMON_RECORDING_OUTPUT_H_
 #define KINEGRAPH_APPS_COMMON_RECORDING_OUTPUT_H_
 
@@ -21,8 +21,8 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 // `--name='value'` preceded by a space; empty without a value.
 std::string Flag(const std::string& name, const std::string& value);
 
-// Several lines for a terminal, at most 100 columns; a warning has one line and
-// one with the remedy. Commands are not broken.
+// Lines of at most 100 columns for a terminal. Each warning is followed by its
+// remedy; commands are not wrapped.
 std::string ReportText(const RecordingReport& report);
 std::string WarningsText(const RecordingReport& report);
 
@@ -33,14 +33,14 @@ std::string ReportJson(const RecordingReport& report, const RunSummary& run,
 // The steps of refinement with each decision and its reason; each camera's
 // change with its standard deviation in degrees, millimetres, pixels, per cent,
 // milliseconds, parts per million; and the subsequent rotation of the whole
-// world. A later run can repeat the refinement from it.
+// world. From this, a later run can repeat the refinement.
 std::string RefinementJson(const ReadyRecording& recording);
 
 // The matrix as a list of its rows.
 Json RowsJson(const Eigen::MatrixXd& matrix);
 
-// One line per step: "rotation: taken, 7.31 px instead of 9.02 on the other
-// half of the recording"; one for the floor.
+// One line per step, "rotation: accepted, held-out residual 7.31 px instead of
+// 9.02 px", and one for the floor.
 std::string RefinementText(const ReadyRecording& recording);
 
 }  // namespace kinegraph

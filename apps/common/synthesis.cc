@@ -50,8 +50,8 @@ Configuration ReadConfiguration(const std::string& path,
   return read;
 }
 
-// Reads the clips of the command line, else of the configuration. The options
-// then hold the opened paths.
+// Reads the clips of the command line, else of the configuration, and sets
+// options->clips to the paths that were read.
 std::vector<MotionClip> ReadClips(const std::string& config_path,
                                   const std::vector<std::string>& motion,
                                   RecordedPeopleOptions* options) {
@@ -78,8 +78,8 @@ std::vector<MotionClip> ReadClips(const std::string& config_path,
   return clips;
 }
 
-// Frame rate and duration from the clips if they are not set: the first clip's
-// rate, and the time until the last person has left.
+// Unless set, takes the frame rate from the first clip, and as duration the
+// time until the last person has left.
 void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
                 const std::vector<std::shared_ptr<const Actor>>& people,
                 SceneOptions* scene) {
@@ -206,7 +206,7 @@ SyntheticRecording MakeRecording(const std::string& config_path,
       read.skeleton = part;
     }
   }
-  // Adds the table to errors of a stage, which name only the key.
+  // Adds the table to errors of `body`, which name only the key.
   const auto located = [&read](const char* table, const auto& body) {
     try {
       body();

@@ -1,5 +1,5 @@
-// A synthetic recording, from its configuration to its files; shared by the
-// commands that create one.
+// Makes a synthetic recording from a configuration and writes its files; shared
+// by the commands that create one.
 #ifndef KINEGRAPH_APPS_COMMON_SYNTHESIS_H_
 #define KINEGRAPH_APPS_COMMON_SYNTHESIS_H_
 
@@ -16,7 +16,7 @@
 
 namespace kinegraph {
 
-// A whole configuration.
+// The options of a whole configuration file.
 struct SynthesisOptions {
   SceneOptions scene;
   RecordedPeopleOptions motion;
@@ -35,9 +35,9 @@ struct SyntheticRecording {
 };
 
 // Makes the recording of a configuration (TOML; empty: all defaults) with the
-// command line's changes (`set` as in --set). `motion`: tracks files that
-// replace the configuration's motion.clips. With clips, frame rate and duration
-// are those of the clips unless set. Throws InputError naming file, line and
+// command line's changes (`set`: the value of --set). `motion`: tracks files
+// that replace the configuration's motion.clips. Clips determine frame rate and
+// duration unless these are set. Throws InputError naming file, line and
 // key.
 SyntheticRecording MakeRecording(const std::string& config_path,
                                  const std::string& set,

@@ -40,7 +40,8 @@ std::vector<size_t> WidthsOf(const std::vector<Cells>& rows) {
   return widths;
 }
 
-// Without trailing blanks. Columns after the first are right-aligned.
+// One line without trailing blanks. `first_left`: the first column is
+// left-aligned and all others right-aligned; otherwise all are left-aligned.
 std::string Line(const Cells& row, const std::vector<size_t>& widths,
                  const std::string& before, const std::string& between,
                  const std::string& after, bool first_left = true) {
@@ -81,7 +82,7 @@ std::string ToMarkdown(std::vector<Cells> rows) {
   for (const Cells& row : rows) {
     text += Line(row, widths, "| ", " | ", " |");
     if (&row != &rows.front()) continue;
-    // "|---|---:|": a colon aligns a column to the right.
+    // "|---|---:|": a colon makes a column right-aligned.
     text += "|";
     for (const size_t& width : widths) {
       text += std::string(width + 1, '-') +

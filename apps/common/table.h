@@ -1,5 +1,5 @@
-// Tables of text: aligned columns for a terminal, Markdown, or CSV; and
-// Markdown laid out for a terminal. Widths are in characters, not bytes.
+// Tables as aligned columns for a terminal, Markdown or CSV; and the layout of
+// Markdown for a terminal. Widths are in characters, not bytes.
 #ifndef KINEGRAPH_APPS_COMMON_TABLE_H_
 #define KINEGRAPH_APPS_COMMON_TABLE_H_
 
@@ -61,7 +61,7 @@ inline constexpr size_t kTerminalColumns = 100;
 
 // Wraps paragraphs at spaces and aligns tables; a table that is too wide loses
 // the bracketed parts of its cells, then characters of its first column, then
-// columns from the right, and a line refers to `where` for them.
+// columns from the right, for which a line below the table refers to `where`.
 std::string ForTerminal(const std::string& markdown, size_t columns,
                         const std::string& where);
 

@@ -17,7 +17,7 @@ std::string ExtensionOf(const std::string& path) {
   return has_dot ? path.substr(dot) : "";
 }
 
-// Whether the extension is that of our own format.
+// Whether the extension selects kinegraph's own format.
 bool IsOurs(const std::string& path) {
   const std::string extension = ExtensionOf(path);
   return extension == ".jsonl" || extension == ".json" || IsStream(path);
@@ -39,12 +39,13 @@ void CheckTrackOutput(const std::string& path, MarkerNames markers,
                      "; `kinegraph convert` writes other formats");
   }
   if (axes && (format == nullptr || !format->axes)) {
-    throw InputError("--axes belongs to formats with axes of their own, '" +
-                     Printable(path) + "' has none");
+    throw InputError(
+        "--axes applies only to formats with axes of their own, '" +
+        Printable(path) + "' has none");
   }
   const bool has_names = format != nullptr && format->has_marker_names;
   if (!has_names && markers != MarkerNames::kOurs) {
-    throw InputError("--markers belongs to formats with names of markers, '" +
+    throw InputError("--markers applies only to formats with marker names, '" +
                      Printable(path) + "' has none");
   }
 }
@@ -120,7 +121,7 @@ TrackInput::TrackInput(std::string command, const std::string& unit_flag,
         return LeavesUnitOpen(path);
       })) {
     throw InputError(
-        "--unit belongs to tracks whose format does not specify it, "
+        "--unit applies only to tracks whose format does not specify it, "
         "such as BVH; the formats of these files specify it");
   }
 }

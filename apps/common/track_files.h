@@ -22,16 +22,17 @@ namespace kinegraph {
 
 // The output of `track`: the extension of --out selects the format.
 //
-// .jsonl and .json are our own format, written as frames become final; others
-// (core/io/tracks/format.h) keep the recording until its end. Formats with one
-// file per person, such as .trc, create a folder of that name without the
-// extension.
+// .jsonl and .json select kinegraph's own format, which is written as frames
+// become final; for others (core/io/tracks/format.h) the recording is kept
+// until its end. Formats with one file per person, such as .trc, create a
+// folder of that name without the extension.
 class TrackOutput {
  public:
-  // Throws as CheckTrackOutput and AtomicFiles. `observations` as in
+  // Throws what CheckTrackOutput and AtomicFiles throw. `observations`: see
   // TrackWriteOptions. `markers` names the joints in formats that have marker
-  // names; others keep ours. Finish() estimates the vertical from `cameras` and
-  // people, and reports if that of the format (or of `axes`) differs.
+  // names; others keep kinegraph's names. Finish() estimates the vertical from
+  // `cameras` and people, and reports if the vertical of the format (or of
+  // `axes`) differs.
   TrackOutput(const std::string& path, const TrackHeader& header,
               bool observations, const PersonNames& names, MarkerNames markers,
               const CameraRig& cameras, const std::optional<AxisMap>& axes);
@@ -51,7 +52,7 @@ class TrackOutput {
  private:
   AtomicFiles files_;
   std::string path_;
-  std::optional<TrackWriter> writer_;  // of our own format
+  std::optional<TrackWriter> writer_;  // of kinegraph's own format
   // The members below serve other formats, written from the whole recording.
   const TrackFormat* format_ = nullptr;
   TrackExportOptions options_;
@@ -60,26 +61,27 @@ class TrackOutput {
   TrackSequence tracks_;
 };
 
-// Throws InputError before any work is done: naming --out and the extensions
-// for an unknown one, --markers if the format has no marker names, --axes if it
-// has no axes.
+// Throws InputError before any work is done: for an unknown extension, for
+// --markers with a format without marker names, and for --axes with a format
+// without axes.
 void CheckTrackOutput(const std::string& path, MarkerNames markers,
                       const std::optional<AxisMap>& axes);
 
 // "out/take" for "out/take.trc".
 std::string WithoutExtension(const std::string& path);
 
-// The value of --markers. Throws InputError listing the allowed ones.
+// The value of --markers. Throws InputError that lists the allowed values.
 MarkerNames MarkersFlag(const std::string& text);
 
-// Reports on stderr that people have no plausible height, and which --unit
-// corrects it, if the format leaves its unit open.
+// If the format does not specify its unit and people have implausible heights,
+// prints a note on stderr that suggests a --unit.
 void PrintUnitNote(const std::string& command, const std::string& path,
                    const TrackReadOptions& options,
                    const TrackSequence& tracks);
 
-// Reads tracks of several files; --unit applies to those whose format leaves it
-// open. Throws InputError if it is given but no format does.
+// Reads tracks of several files; --unit applies to the files whose format does
+// not specify the unit. Throws InputError if --unit is given and all specify
+// it.
 class TrackInput {
  public:
   TrackInput(std::string command, const std::string& unit_flag,
@@ -101,7 +103,7 @@ inline std::FILE* SummaryStream(const std::string& out) {
   return IsStandardOutput(out) ? stderr : stdout;
 }
 
-// Prints notes on standard error that do not stop a command, each line prefixed
+// Prints notes, which do not stop a command, on standard error, each prefixed
 // with `program`.
 inline void SayNotes(const std::vector<std::string>& notes,
                      const std::string& program = "") {

@@ -24,9 +24,9 @@
 namespace kinegraph {
 namespace {
 
-// The people written in each frame, with their detections: the basis of the
-// held-out set and of the units in which errors are counted. Joints are marked
-// as present, without positions.
+// The people written in each frame, with their detections. They determine the
+// held-out set and the units (people and frames) over which errors are pooled.
+// All joints are marked as present but have no positions.
 TrackSequence WrittenPeople(const FrozenRun& run,
                             const std::vector<FrameRange>& frames) {
   TrackSequence people;
@@ -130,8 +130,8 @@ std::vector<Residuals> ResidualsOf(const FrozenRun& run,
   return views;
 }
 
-// The tracks with positions only; a joint is observed where its triangulation
-// was (StrategyRun::alike).
+// Copies positions only, and marks a joint as observed in the frames in which
+// it was triangulated (StrategyRun::alike).
 TrackSequence AlikeObserved(const TrackSequence& tracks,
                             const std::vector<Fold>& folds) {
   TrackSequence alike;
@@ -346,9 +346,10 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& mode,
                                          const std::string& set) {
   if (manifest.recordings.size() < 2) {
-    throw InputError(path, "takes",
-                     "found one, expected two or more: what is chosen on some "
-                     "is scored on others");
+    throw InputError(
+        path, "takes",
+        "found one, expected two or more: each recording is scored "
+        "with the choice made on the others");
   }
   ManifestConfiguration own;
   if (!config.empty()) {
@@ -358,7 +359,7 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
   } else {
     throw InputError(path, "configurations",
                      "found " + std::to_string(manifest.configurations.size()) +
-                         ", expected one, or --config");
+                         ", expected one (or --config)");
   }
   std::vector<RecordingInput> recordings;
   for (const ManifestRecording& recording : manifest.recordings) {
@@ -392,7 +393,8 @@ FrozenRecording FreezeRecording(const RecordingInput& input, int threads) {
   }
   recording.run = FreezeTracking(recording.options, request, detections);
   if (recording.run.tracks.frames.empty()) {
-    throw InputError(input.detections, "", "no frame in the requested frames");
+    throw InputError(input.detections, "",
+                     "has no frame in the requested range");
   }
   return recording;
 }

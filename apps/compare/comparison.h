@@ -1,6 +1,6 @@
-// Recordings read and frozen, and strategies run on the same frozen matches. A
-// constant pixel shift per camera may be subtracted from the detections: what
-// remains of a calibration error.
+// Reads recordings, freezes their matches, and runs strategies on these. A
+// constant pixel shift per camera, the approximate effect of a calibration
+// error, may be subtracted from the detections.
 #ifndef KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 #define KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 
@@ -26,7 +26,7 @@
 namespace kinegraph {
 
 // Frozen matches prepared for every estimator: with all cameras, and without
-// each camera in turn. Its detections may be shifted ones.
+// each camera in turn. The detections may be shifted (Shifted).
 struct PreparedRecording {
   DetectionSequence detections;
   std::unique_ptr<Replay> replay;
@@ -34,7 +34,8 @@ struct PreparedRecording {
   std::vector<std::vector<ReplayedPerson>> without;  // one per view
 };
 
-// A part of the recording: the frames that are scored, and on which detections.
+// The frames of a recording that are scored together, and the detections on
+// which they are scored.
 struct Fold {
   FrameRange frames;
   std::shared_ptr<const PreparedRecording> recording;
@@ -44,14 +45,15 @@ struct Fold {
 struct Comparison {
   RunOptions options;
   FrozenRun run;
-  // One with all frames, or two: what is chosen on one is scored on the other.
+  // One fold with all frames, or two: values chosen on one are scored on the
+  // other.
   std::vector<Fold> folds;
   HeldOutSet set;              // in the frames of the folds
   std::vector<double> cap_px;  // one per view
-  TrackSequence reference;     // people of the set, by the run's identities
-  std::vector<PersonFrames> people;  // those written, in the folds' frames
+  TrackSequence reference;     // people of `set`, with the run's identities
+  std::vector<PersonFrames> people;  // written people, in the folds' frames
   std::optional<TrackSequence> truth;
-  std::optional<PcpProtocol> protocol;  // of PCP; with the frames of the folds
+  std::optional<PcpProtocol> protocol;  // for PCP, in the folds' frames
   bool angles = false;                  // also scores flexions
   int threads = 1;
 
@@ -63,15 +65,15 @@ struct Comparison {
   BootstrapOptions bootstrap() const;
 };
 
-// Frozen matches with the given detections (those of the run, or shifted ones),
-// replayed with and without cameras.
+// Replays the frozen matches with `detections` (the run's, possibly shifted),
+// with all cameras and without each of them.
 std::shared_ptr<const PreparedRecording> PrepareRecording(
     const FrozenRun& run, const RunOptions& options,
     DetectionSequence detections, int threads);
 
-// Fills in the folds' frames, the scored set and the rest from `run`. Without
-// folds: one with all frames. `held_out_set`, if given, restricts scoring to
-// its detections. Throws InputError if nothing is left to score.
+// Fills in the scored set and everything else from `run`; `folds` must not be
+// empty. `held_out_set`, if given, restricts scoring to its detections. Throws
+// InputError if nothing is left to score.
 Comparison MakeComparison(RunOptions options, FrozenRun run,
                           std::vector<Fold> folds,
                           const std::optional<HeldOutSet>& held_out_set,
@@ -80,13 +82,13 @@ Comparison MakeComparison(RunOptions options, FrozenRun run,
 // Values of a strategy, one set per fold.
 using FoldValues = std::vector<StrategyValues>;
 
-// A strategy's result with all cameras, in the frames of the folds, with the
-// values of each fold.
+// A strategy's result with all cameras in the frames of the folds, each fold
+// with its own values.
 struct StrategyRun {
   TrackSequence tracks;  // empty after scoring
-  // Its positions. A joint is observed where two views of the frame passed the
-  // joints filter: the same for all strategies, so that smoothness is compared
-  // on the same joints.
+  // Positions only. A joint is marked as observed where two of its views passed
+  // the joints filter. This does not depend on the strategy, so that smoothness
+  // is compared on the same joints.
   TrackSequence alike;
   int64_t cpu_ns = 0;
   int64_t person_frames = 0;  // passed to the estimators
@@ -104,17 +106,17 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
 TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
                          const StrategyValues& values,
                          const PreparedRecording& recording, size_t view);
-// Held-out errors of that camera in the frames of one fold, against the
-// detections of the fold; appended to `scores`.
+// Appends the held-out errors of that camera in the frames of one fold, against
+// the detections of the fold, to `scores`.
 void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
                   const TrackSequence& tracks, HeldOutScores* scores);
 
-// The shift of detections against their reprojection [px], one per view: the
-// medians, of x and y separately, of detection minus projection of the joints
-// that three or more views triangulate, in the given frames. Alternates between
-// triangulation with shifted detections and medians, until no shift changes by
-// 0.01 px or after 50 rounds. Shifts equivalent to moving the world are
-// unobservable, and harmless.
+// The shift of detections relative to the reprojection [px], one per view: the
+// medians, of x and y separately, of detection minus projection over the joints
+// in the given frames that are triangulated from three or more views.
+// Alternates between triangulation with shifted detections and medians, until
+// no shift changes by 0.01 px, for at most 50 rounds. Shifts equivalent to
+// moving the world are unobservable, and harmless.
 std::vector<Eigen::Vector2d> FitShifts(const FrozenRun& run,
                                        const RunOptions& options,
                                        const FrameRange& frames, int threads);
@@ -123,9 +125,9 @@ std::vector<Eigen::Vector2d> FitShifts(const FrozenRun& run,
 DetectionSequence Shifted(DetectionSequence detections,
                           const std::vector<Eigen::Vector2d>& shifts_px);
 
-// Empty texts are not given.
+// Fields that are not given are empty.
 struct RecordingInput {
-  std::string name;  // of a recording among several
+  std::string name;  // only if there are several recordings
   std::string cameras;
   std::string detections;
   std::string config;

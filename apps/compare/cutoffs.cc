@@ -15,7 +15,8 @@
 namespace kinegraph {
 namespace {
 
-// Positions of a joint in consecutive frames.
+// Positions of a joint in the longest interval of consecutive frames, and in
+// the current one.
 struct LongestPiece {
   std::vector<Eigen::Vector3d> longest, current;
   int64_t last_frame = 0;
@@ -25,7 +26,7 @@ struct LongestPiece {
     current.push_back(position_m);
     last_frame = frame;
   }
-  // Ends the current piece. Must also be called after the last frame.
+  // Ends the current interval. Must also be called after the last frame.
   void End() {
     if (current.size() > longest.size()) std::swap(longest, current);
     current.clear();
@@ -54,7 +55,7 @@ std::vector<ChosenCutoff> ChooseCutoffs(const CompareResult& result) {
   std::vector<ChosenCutoff> chosen;
   std::vector<const std::vector<Eigen::Vector3d>*> points;
   for (const auto& [key, piece] : pieces) {
-    // Rules need at least a second of data.
+    // The rules need at least one second of data.
     if (static_cast<double>(piece.longest.size()) < comparison.rate_hz()) {
       continue;
     }

@@ -14,19 +14,19 @@ struct ChosenCutoff {
   TrackId person;
   int joint_idx = 0;
   int rule_idx = 0;  // of CutoffRules()
-  // By axis, then of the three together [Hz].
+  // One per axis, then one for the three axes together [Hz].
   std::vector<double> cutoffs_hz;
 };
 
-// With the configured Butterworth filter, for the points that it filters
-// (filters.points), over each joint's longest interval without a gap. By
-// person, joint and rule.
+// Applies every rule to the points that filters smooth (filters.points), for
+// the configured Butterworth filter, in each joint's longest interval without a
+// gap. In the order of person, joint and rule.
 std::vector<ChosenCutoff> ChooseCutoffs(const CompareResult& result);
 
-// A row per person, joint, axis ("x", "y", "z", "all") and rule.
+// One row per person, joint, axis ("x", "y", "z", "all") and rule.
 std::string CutoffsCsv(const CompareResult& result,
                        const std::vector<ChosenCutoff>& chosen);
-// A row per joint, a column per rule: "x / y / z", the medians over people.
+// One row per joint, one column per rule: "x / y / z", medians over people.
 std::string CutoffsTable(const CompareResult& result,
                          const std::vector<ChosenCutoff>& chosen);
 

@@ -15,7 +15,7 @@
 namespace kinegraph {
 namespace {
 
-// "12.34 [12.00, 12.70]" if there is an interval.
+// "12.34 [12.00, 12.70]"; without an interval "12.34".
 std::string ValueCell(const Measure& one) {
   return std::isnan(one.interval.low)
              ? Fixed(one.value, one.decimals)
@@ -103,17 +103,17 @@ Column IntervalOf(std::string key, std::string header) {
   return OfMeasure(std::move(key), std::move(header), ValueCell);
 }
 
-// The paired difference to the baseline.
+// The paired difference from the baseline.
 Column DifferenceOf(std::string key) {
-  return OfMeasure(std::move(key), "against the baseline", DifferenceCell);
+  return OfMeasure(std::move(key), "vs. baseline", DifferenceCell);
 }
 
 Column VerdictOf(std::string key) {
   return OfMeasure(std::move(key), "", Judged);
 }
 
-// For the strategies that ran and that `shows` accepts; empty if there are
-// none.
+// A table of the strategies that ran and that `shows` accepts; empty if there
+// are none.
 std::string StrategyTable(
     const CompareResult& result, const std::vector<Column>& columns,
     TableStyle style = TableStyle::kMarkdown,
@@ -137,7 +137,7 @@ std::string HeldOutTable(const CompareResult& result) {
        VerdictOf(kHeldOut),
        ValueOf("held_out_common_px", "joints that all predict"),
        VerdictOf("held_out_common_px"),
-       ValueOf("held_out_common_median_px", "their median"),
+       ValueOf("held_out_common_median_px", "joints that all predict, median"),
        ValueOf("held_out_median_px", "median"),
        ValueOf("held_out_p90_px", "90th"), ValueOf("held_out_p97_px", "97th"),
        ValueOf("predicted_percent", "predicted [%]")});
@@ -156,7 +156,7 @@ std::string ClassTable(const CompareResult& result) {
 }
 
 std::string MotionTable(const CompareResult& result) {
-  const Column delay = ValueOf("final_after_ms", "final after");
+  const Column delay = ValueOf("final_after_ms", "pose final after");
   const auto final_after = [=](const StrategyResult& one) {
     return one.scores.run.whole_recording ? "the end" : delay.cell(one) + " ms";
   };
@@ -167,10 +167,10 @@ std::string MotionTable(const CompareResult& result) {
                ValueOf("bone_spread_mm", "bone spread [mm]"),
                ValueOf("lag_to_batch_ms", "lag [ms]"),
                {delay.header, final_after},
-               ValueOf("joints_given_percent", "joints given [%]")});
+               ValueOf("joints_given_percent", "joints with a position [%]")});
 }
 
-// "l_wrist, r_wrist", or how many of all; "-" for none.
+// "l_wrist, r_wrist", or "9 of 17 joints" if there are many; "-" for none.
 std::string ExcessiveJoints(const CompareResult& result,
                             const StrategyResult& one,
                             SmoothingBalance::Excess excess) {
@@ -199,7 +199,7 @@ std::string BalanceTable(const CompareResult& result) {
   return StrategyTable(
       result,
       {ValueOf("motion_error_mm", "error [mm]"),
-       ValueOf("attainable_error_mm", "attainable"),
+       ValueOf("attainable_error_mm", "attainable error"),
        ValueOf("motion_removed_mm", "motion removed"),
        ValueOf("noise_kept_mm", "noise kept"),
        {"removes motion of", of(SmoothingBalance::Excess::kMotionRemoved)},
@@ -221,7 +221,7 @@ std::string TruthTable(const CompareResult& result) {
   return StrategyTable(result, columns);
 }
 
-// "velocity, acceleration": the derivatives that a strategy's model has.
+// "velocity, acceleration": the derivatives that the strategy's model yields.
 std::string ModelDerivatives(const StrategyResult& one) {
   const DerivativeResult& scores = *one.scores.derivatives;
   Cells of_model;
@@ -237,16 +237,18 @@ std::string ModelDerivatives(const StrategyResult& one) {
 std::string DerivativeTable(const CompareResult& result) {
   return StrategyTable(
       result,
-      {{"of its model", ModelDerivatives},
+      {{"derivatives from the model", ModelDerivatives},
        IntervalOf("velocity_rms_m_s", "velocity, RMS [m/s]"),
-       ValueOf("speed_bias_m_s", "speed, bias"),
+       ValueOf("speed_bias_m_s", "speed, bias [m/s]"),
        IntervalOf("acceleration_rms_m_s2", "acceleration, RMS [m/s^2]"),
-       ValueOf("acceleration_bias_m_s2", "bias"),
-       ValueOf("peak_acceleration_error_percent", "peaks [%]"),
-       ValueOf("peak_instant_ms", "their instant [ms]"),
-       ValueOf("contact_acceleration_rms_m_s2", "contacts: RMS [m/s^2]"),
-       ValueOf("contact_peak_acceleration_error_percent", "peaks [%]"),
-       ValueOf("contact_peak_instant_ms", "their instant [ms]")});
+       ValueOf("acceleration_bias_m_s2", "acceleration, bias"),
+       ValueOf("peak_acceleration_error_percent", "peak error [%]"),
+       ValueOf("peak_instant_ms", "peak timing error [ms]"),
+       ValueOf("contact_acceleration_rms_m_s2",
+               "contacts: acceleration, RMS [m/s^2]"),
+       ValueOf("contact_peak_acceleration_error_percent",
+               "contacts: peak error [%]"),
+       ValueOf("contact_peak_instant_ms", "contacts: peak timing error [ms]")});
 }
 
 std::string AngleTable(const CompareResult& result) {
@@ -284,7 +286,8 @@ bool AtEdge(const Strategy& strategy, const StrategyValues& values) {
 
 std::string TuningTable(const CompareResult& result) {
   Table table({"strategy", "first fold", "second fold",
-               "chosen on the other fold [px]", "on the same [px]"});
+               "error, chosen on the other fold [px]",
+               "error, chosen on the same fold [px]"});
   bool at_edge = false;
   for (const StrategyResult* one : result.Ran()) {
     if (!one->tuning.has_value()) continue;
@@ -301,7 +304,7 @@ std::string TuningTable(const CompareResult& result) {
         own ? Fixed(one->tuning->same_fold_px, 2) : "as " + strategy.tuned_as));
   }
   return table.ToString(TableStyle::kMarkdown) +
-         (at_edge ? "\n\\* at an end of the grid.\n" : "");
+         (at_edge ? "\n\\* the first or last value of the grid.\n" : "");
 }
 
 std::string ValuesTable(const CompareResult& result) {
@@ -318,7 +321,7 @@ std::string ValuesTable(const CompareResult& result) {
 
 std::string LagTable(const CompareResult& result) {
   Table table({"window [frames]", "held-out error [px]",
-               "to batch, median [mm]", "95th [mm]", "99th [mm]"});
+               "distance from batch, median [mm]", "95th [mm]", "99th [mm]"});
   for (const LagPoint& point : result.lag_sweep) {
     const Measure& mean = *result.strategies[point.result_idx].Find(kHeldOut);
     table.AddRow({std::to_string(point.lag_frames), ValueCell(mean),
@@ -329,7 +332,7 @@ std::string LagTable(const CompareResult& result) {
   return table.ToString(TableStyle::kMarkdown);
 }
 
-// "0..99": the first and the last.
+// "0..99": the first and the last frame.
 std::string FramesText(const Fold& fold) {
   return fmt::format("{}..{}", fold.frames.begin, fold.frames.end - 1);
 }
@@ -471,11 +474,12 @@ double PerFrameUs(const StrategyRun& run) {
 
 std::string RankingText(const CompareResult& result) {
   return "Held-out error against " + result.baseline().strategy.title +
-         " (95 % intervals of the paired difference, one at a time: of twenty "
-         "that are alike, one may look different):\n\n" +
+         " (95 % intervals of the paired difference, not corrected for "
+         "multiple comparisons: about one in twenty equal strategies appears "
+         "different):\n\n" +
          Ranking(result, kHeldOut) +
-         "\nThe same of the joints that every strategy predicts, so that no "
-         "filled gap counts:\n\n" +
+         "\nThe same for joints that every strategy predicts, so that filling "
+         "gaps makes no difference:\n\n" +
          Ranking(result, "held_out_common_px");
 }
 
@@ -608,10 +612,10 @@ std::string CompareMarkdown(const CompareResult& result,
       "people, {} scored joints. The matches of one run are frozen; every "
       "strategy gets the same detections, joints filter and triangulation. "
       "Held-out error: each camera is left out of the frozen matches in turn, "
-      "and what the others say is projected into it "
-      "(`held_out_camera_fixed_association`). The frames in which a person is "
-      "written are those of the frozen run for every strategy; a joint that "
-      "a strategy gives no position in them counts 30 px in the "
+      "and the pose estimated from the others is projected into it "
+      "(`held_out_camera_fixed_association`). For every strategy, a person is "
+      "written in the same frames as in the frozen run; a joint without a "
+      "position in one of these frames counts as an error of 30 px in the "
       "mean.\n\n{}\n\n{}",
       fmt::join(CellsOf(comparison.folds, FramesText), " and "),
       Fixed(comparison.rate_hz(), 0), comparison.views().size(),
@@ -624,8 +628,8 @@ std::string CompareMarkdown(const CompareResult& result,
   }
   if (!result.shifts_px.empty()) {
     text +=
-        "\n## Shifts\n\nA constant shift of each camera was taken off the "
-        "detections:\n\n" +
+        "\n## Shifts\n\nA constant shift of each camera was subtracted from "
+        "the detections:\n\n" +
         ShiftText(result);
   }
   text += "\n## Held-out error\n\n" + HeldOutTable(result);
@@ -633,15 +637,16 @@ std::string CompareMarkdown(const CompareResult& result,
       "\n## Held-out error by joint class, mean [px]\n\n" + ClassTable(result);
   text +=
       "\n## Smoothness and delay\n\n" + MotionTable(result) +
-      "\nJoints that two views saw, the same for every strategy; power also "
-      "of bridged ones. Lag: against the batch, which has none.\n";
+      "\nComputed on the joints seen by two or more views, which are the same "
+      "for every strategy; the power also includes bridged joints. Lag: "
+      "relative to the batch, which has none.\n";
   text +=
       "\n## Motion removed and noise kept\n\n" + BalanceTable(result) +
-      "\nRMS of what varies within a second, across the ray of the camera that "
-      "was left out, whose detections have errors of their own. Attainable: by "
-      "a linear filter of the triangulation. Named are joints whose error is "
-      "greater than that by a quarter (99 % sure), because motion is removed "
-      "or "
+      "\nRMS errors on time scales below one second, perpendicular to the ray "
+      "of the held-out camera, whose detections have independent errors. "
+      "Attainable error: of the best linear filter of the triangulation. The "
+      "last two columns list the joints whose error exceeds the attainable one "
+      "by a quarter (with 99 % confidence) because motion is removed or "
       "delayed, or because noise is kept.\n";
   if (comparison.truth.has_value()) {
     text += "\n## Against the ground truth\n\n" + TruthTable(result) +
@@ -649,12 +654,13 @@ std::string CompareMarkdown(const CompareResult& result,
             Ranking(result, "mpjpe_mm");
     text += fmt::format(
         "\n## Velocities and accelerations against the ground truth\n\n{}\n"
-        "Of its model: the velocity or acceleration of the strategy's state or "
-        "spline; a state without acceleration has the central differences of "
-        "its velocity. All others, and the truth's, are central differences of "
-        "the positions, at the frame rate. Contacts: {} instants "
-        "at which a true ankle that goes down is slowed by more than one g, "
-        "and 0.1 s around them. Peaks: found over true, less one. By joint: "
+        "Derivatives from the model: the velocity or acceleration is part of "
+        "the strategy's state or spline; for a state without acceleration, it "
+        "is the central difference of the velocity. All other derivatives, and "
+        "those of the truth, are central differences of the positions at the "
+        "frame rate. Contacts: within 0.1 s of {} instants at which a "
+        "descending ankle in the ground truth decelerates by more than one g. "
+        "Peak error: estimated / true peak acceleration - 1. Values by joint: "
         "derivatives.csv.\n",
         DerivativeTable(result),
         result.baseline().scores.derivatives->contacts);
@@ -664,16 +670,18 @@ std::string CompareMarkdown(const CompareResult& result,
     }
   }
   if (!cutoffs.empty()) {
-    text += "\n## Cut-offs that rules choose, x / y / z [Hz]\n\n" +
-            CutoffsTable(result, cutoffs) +
-            "\nOf Butterworth on the points that filters smooth; medians of "
-            "the people. Each: cutoffs.csv.\n";
+    text +=
+        "\n## Cut-offs that rules choose, x / y / z [Hz]\n\n" +
+        CutoffsTable(result, cutoffs) +
+        "\nFor a Butterworth filter of the triangulated points, median over "
+        "people. All values: cutoffs.csv.\n";
   }
   const std::string consistency = ConsistencyTable(result);
   if (!consistency.empty()) {
     text += "\n## Coverage of the covariances\n\n" + consistency +
-            "\n95 % and 1 are right. Held-out residuals are normalised by "
-            "J Sigma J' + sigma^2 with the sigmas of the table [graph].\n";
+            "\nIdeal are a coverage of 95 % and a NEES per degree of freedom "
+            "of 1. Held-out residuals are normalised by J Sigma J' + sigma^2, "
+            "with sigma from the table [graph] of the configuration.\n";
   }
   if (!result.lag_sweep.empty()) {
     text += "\n## The window against the batch\n\n" + LagTable(result);

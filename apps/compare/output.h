@@ -1,5 +1,5 @@
-// A comparison as files and text: tables (output.cc), conclusions (verdict.cc),
-// figures (plots.cc).
+// Writes a comparison as files and text: tables (output.cc), conclusions
+// (verdict.cc), figures (plots.cc).
 #ifndef KINEGRAPH_APPS_COMPARE_OUTPUT_H_
 #define KINEGRAPH_APPS_COMPARE_OUTPUT_H_
 
@@ -22,7 +22,7 @@ std::string CompareCsv(const CompareResult& result);
 // empty without a prediction.
 std::string ErrorsCsv(const CompareResult& result);
 // One row per strategy, joint ("all": together) and subset of the frames:
-// errors of velocity and acceleration. Only with a truth.
+// errors of velocity and acceleration. Requires a ground truth.
 std::string DerivativesCsv(const CompareResult& result);
 std::string CompareMarkdown(const CompareResult& result,
                             const std::vector<ChosenCutoff>& cutoffs);
@@ -31,9 +31,9 @@ std::string CompareMarkdown(const CompareResult& result,
 Json RuntimeJson(const CompareResult& result);
 std::string RuntimeTable(const CompareResult& result);
 
-// Which strategies are better and worse than the baseline by held-out error, in
-// sentences: a strategy is named only if the interval of the difference
-// excludes zero.
+// Lists the strategies that are better than the baseline by held-out error, not
+// significantly different (the interval of the difference contains zero), and
+// worse.
 std::string RankingText(const CompareResult& result);
 
 // The strategies that remove motion or keep noise significantly, with the
@@ -48,16 +48,16 @@ std::string VerdictText(const CompareResult& result);
 // nothing could be scored.
 std::string RecommendedToml(const CompareResult& result);
 
-// The keys of `options` that differ from their defaults, a line each.
+// The keys of `options` that differ from their defaults, one per line.
 std::string ChangedKeysToml(const RunOptions& options);
 
-// For a terminal, at most 100 columns: a row per strategy, the verdict, and the
-// files of `folder` that hold the rest.
+// For a terminal, at most 100 columns: one row per strategy, the verdict, and
+// the files of `folder` that hold the rest.
 std::string Digest(const CompareResult& result, const std::string& folder);
 
-// What is drawn if not all strategies fit.
+// What is shown in plots that have no room for everything.
 struct PlotChoice {
-  std::vector<std::string> strategies;  // by name; the existing ones
+  std::vector<std::string> strategies;  // names; unknown ones are ignored
   std::string joint = "r_wrist";
 };
 

@@ -37,8 +37,8 @@ std::vector<const StrategyResult*> Chosen(const CompareResult& result,
 NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   Plot plot;
   plot.title =
-      "Held-out error against smoothness (error's 95 % intervals: of the "
-      "difference)";
+      "Held-out error against smoothness (vertical bars: 95 % interval of the "
+      "difference from the baseline)";
   plot.x.label = "acceleration [m/s^2]";
   plot.x.log = true;
   plot.y.label = kHeldOutLabel;
@@ -46,8 +46,8 @@ NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
     PlotSeries series = {one->strategy.title, PlotStyle::kPoints};
     const Measure& error = *one->Find(kHeldOut);
     const Measure& acceleration = *one->Find("acceleration_m_s2");
-    // The errors of all strategies are correlated, so the interval of the
-    // difference is more informative.
+    // The errors of the strategies are correlated, so the interval of the
+    // difference is more informative than that of the error.
     Interval paired = error.difference_interval;
     paired.low += error.value - error.difference;
     paired.high += error.value - error.difference;
@@ -59,7 +59,7 @@ NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   return {"held_out_smoothness.svg", {plot}, {1000, 640}};
 }
 
-// The difference to the baseline, which alone determines the ranking.
+// The difference from the baseline, which alone determines the ranking.
 NamedPlot Differences(const CompareResult& result) {
   Plot plot;
   plot.title = "Held-out error against " + result.baseline().strategy.title +
@@ -144,7 +144,7 @@ Trajectory TrajectoryOf(const TrackSequence& tracks, TrackId id, int joint) {
   return trajectory;
 }
 
-// The two seconds in which the joint moves farthest, as indices.
+// Indices [first, end) of the two seconds in which the joint moves farthest.
 std::pair<size_t, size_t> LiveliestPart(const Trajectory& trajectory,
                                         double rate_hz) {
   const size_t count = trajectory.position_m.size();
@@ -250,7 +250,7 @@ NamedPlot LagSweep(const CompareResult& result) {
 NamedPlot Cutoffs(const CompareResult& result,
                   const std::vector<ChosenCutoff>& cutoffs) {
   Plot plot;
-  plot.title = "Cut-offs that rules choose (bars: least and greatest)";
+  plot.title = "Cut-offs that rules choose (bars: minimum and maximum)";
   plot.y.label = "cut-off [Hz]";
   plot.x.categories = result.comparison.scene().skeleton.joints();
   for (size_t rule = 0; rule < CutoffRules().size(); ++rule) {

@@ -98,7 +98,7 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
   options.frames = comparison.scored_frames();
   options.up = UpOfTruth(*comparison.truth);
   BootstrapOptions none = bootstrap;
-  none.resamples = 1;  // its own intervals are not used
+  none.resamples = 1;  // these intervals are not used
   const MpjpeResult mpjpe =
       EvaluateMpjpe(*comparison.truth, tracks, options, none);
   scores->mpjpe = ErrorSeries(mpjpe.people, &PersonError::raw_m);
@@ -169,8 +169,8 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
   scores->held_out_consistency = HeldOutConsistency(held_out);
 }
 
-// Held-out errors of one camera in every fold, into `parts` [fold, view], and
-// its spectra.
+// Writes the held-out errors of one camera in every fold to `parts` [fold,
+// view], and adds its spectra.
 void ScoreView(const Comparison& comparison, const Strategy& strategy,
                const FoldValues& values, size_t view,
                const BalanceBasis* balance, std::vector<HeldOutScores>* parts,
@@ -249,7 +249,7 @@ TrackSequence TruthAsTracked(const Comparison& comparison,
 
 constexpr double kMmPerM = 1000.0;
 
-// Root of the mean, for series of squares.
+// Square root of the pooled mean of series of squares.
 double RootOfRatio(const std::vector<RatioSeries>& series,
                    const DrawCounts* counts) {
   return std::sqrt(PooledRatio(series, counts));
@@ -295,7 +295,7 @@ class MeasureList {
     measures_.push_back(std::move(measure));
   }
 
-  // The root of the pooled ratio of squares.
+  // The square root of the pooled ratio of series of squares.
   void Root(Measure measure, const std::vector<RatioSeries>& own,
             const std::vector<RatioSeries>& baseline) {
     Ratio(std::move(measure), own, baseline, 1.0, bootstrap_, RootOfRatio);
@@ -366,16 +366,16 @@ void AddMotionMeasures(const StrategyScores& own,
               baseline.power, kMmPerM * kMmPerM, segments);
   list->Plain({"bone_spread_mm", "bone-length spread", "mm", 1},
               kMmPerM * own.bone_spread_m);
-  list->Plain({"joints_given_percent", "joints given", "%", 1},
+  list->Plain({"joints_given_percent", "joints with a position", "%", 1},
               own.joints_possible == 0
                   ? kNan
                   : 100.0 * static_cast<double>(own.joints) /
                         static_cast<double>(own.joints_possible));
   list->Plain({"lag_to_batch_ms", "lag behind batch", "ms", 0},
               kMmPerM * own.lag_to_batch_s.value_or(kNan));
-  // 0: at once. NaN: at the end of the recording.
+  // 0: final at once. NaN: final at the end of the recording.
   list->Plain(
-      {"final_after_ms", "final after", "ms", 0},
+      {"final_after_ms", "delay until a pose is final", "ms", 0},
       own.run.delay.has_value() ? kMmPerM * ToSeconds(*own.run.delay) : kNan);
 }
 
@@ -396,15 +396,15 @@ void AddDerivativeMeasures(const DerivativeResult& own,
                own.acceleration_m2_s4[scope],
                baseline.acceleration_m2_s4[scope]);
     list->Plain({key + "acceleration_bias_m_s2",
-                 "length of acceleration, bias" + where, "m/s^2", 2},
+                 "magnitude of acceleration, bias" + where, "m/s^2", 2},
                 all.acceleration_bias_m_s2);
+    list->Plain({key + "peak_acceleration_error_percent",
+                 "peak acceleration, relative error" + where, "%", 1},
+                all.peak_error_percent);
     list->Plain(
-        {key + "peak_acceleration_error_percent",
-         "peak acceleration, found over true, less one" + where, "%", 1},
-        all.peak_error_percent);
-    list->Plain({key + "peak_instant_ms",
-                 "instant of peak acceleration, distance" + where, "ms", 1},
-                all.peak_instant_ms);
+        {key + "peak_instant_ms",
+         "time of peak acceleration, mean absolute error" + where, "ms", 1},
+        all.peak_instant_ms);
   }
 }
 
@@ -481,7 +481,8 @@ std::vector<Measure> MeasuresOf(const Comparison& comparison,
   return list.Take();
 }
 
-// Distances between the joints seen by two views, frames ascending [m].
+// Distances between the joints observed in both `a` and `b` [m], in the order
+// of frames.
 std::vector<double> Distances(const TrackSequence& a, const TrackSequence& b) {
   std::vector<double> distances;
   for (const TrackFrame& frame : a.frames) {
@@ -523,7 +524,8 @@ void AddLagSweep(CompareResult* result) {
   }
 }
 
-// StrategyRun::alike of that strategy, whether requested or not.
+// StrategyRun::alike of the named strategy, which is run if it was not
+// requested.
 TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
                       const std::vector<Strategy>& strategies,
                       const std::vector<StrategyScores>& scores) {
@@ -539,7 +541,7 @@ TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
       .alike;
 }
 
-// Delays behind the truth (if any) and behind `reference`.
+// Lags relative to the truth (if any) and to `reference`.
 void AddLags(const Comparison& comparison, const TrackSequence& reference,
              StrategyScores* scores) {
   if (!scores->refused.empty()) return;
@@ -592,9 +594,9 @@ std::vector<StrategyScores> ScoreStrategies(
   std::vector<StrategyScores> all(strategies.size());
   const size_t views = comparison.views().size();
   const size_t folds = comparison.folds.size();
-  // Work items of a strategy: a run without each camera, and one with all.
+  // Work items of a strategy: one run without each camera, and one with all.
   const size_t pieces = views + 1;
-  // Scoring counts as a step too.
+  // Scoring counts as one more step.
   Progress progress(what,
                     static_cast<int64_t>(strategies.size() * (pieces + 1)));
   // One at a time, so that the scores do not accumulate in memory.

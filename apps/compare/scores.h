@@ -30,8 +30,8 @@ struct AngleErrors {
   std::vector<RatioSeries> squared_deg2;
 };
 
-// All scores of a strategy. Series have the same units for all strategies of a
-// comparison.
+// All scores of a strategy. A RatioUnit at the same index stands for the same
+// frame, person or segment for all strategies of a comparison.
 struct StrategyScores {
   // Why it cannot be run on this recording, in one line; the other fields are
   // then meaningless.
@@ -39,19 +39,19 @@ struct StrategyScores {
 
   HeldOutSummary held_out;
   RatioSeries held_out_errors;  // min(error, 30 px)
-  // For each scored joint its error; negative without a prediction. Its unit
-  // (in held_out_errors) is the same for all strategies.
+  // The error of each scored joint, negative without a prediction, and the
+  // index of its unit in held_out_errors, the same for all strategies.
   std::vector<float> joint_errors_px;
   std::vector<int32_t> joint_units;
-  std::vector<int64_t> unit_frames;
+  std::vector<int64_t> unit_frames;  // the frame of each unit
   // Over the joints that every strategy of the comparison predicts: AddCommon.
   RatioSeries held_out_common;
-  double held_out_common_median_px = 0.0;  // of their errors; NaN without any
+  double held_out_common_median_px = 0.0;        // NaN without such joints
   std::vector<RatioSeries> held_out_by_class;    // JointClass
   std::vector<HeldOutSummary> held_out_by_view;  // without intervals
   std::vector<RatioSeries> acceleration, jerk, power;
   double bone_spread_m = 0.0;
-  int64_t joints = 0;  // positions returned, of all possible ones
+  int64_t joints = 0;  // with a position, of joints_possible
   int64_t joints_possible = 0;
 
   // By joint of the tracks' skeleton: `balance` from the held-out cameras,
@@ -77,9 +77,9 @@ struct BalanceBasis {
 };
 BalanceBasis MakeBalanceBasis(const Comparison& comparison);
 
-// Runs and scores all strategies in parallel on the comparison's threads;
-// results do not depend on the number of threads, except for the lags. `what`
-// labels the progress.
+// Runs and scores all strategies in parallel on the comparison's threads,
+// except for the lags (Score). Results do not depend on the number of threads.
+// `what` labels the progress.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const std::string& what = "scoring",
@@ -89,11 +89,11 @@ std::vector<StrategyScores> ScoreStrategies(
 // gaps are compared.
 void AddCommon(std::vector<StrategyScores*> scores);
 
-// The conclusion from the interval of the difference to the baseline.
+// The conclusion from the interval of the difference from the baseline.
 enum class Verdict {
   kNone,  // no difference: the baseline, or no interval
   kSame,  // the interval contains zero: not significant
-  kLess,  // all of it below zero
+  kLess,  // the interval is below zero
   kMore,
 };
 const char* ToString(Verdict verdict);
@@ -110,7 +110,7 @@ struct Measure {
   bool less_is_better = true;
   double value = kNan;                // NaN: none
   Interval interval = {};             // NaN: none
-  double difference = kNan;           // to the baseline; NaN: none
+  double difference = kNan;           // from the baseline; NaN: none
   Interval difference_interval = {};  // paired
   Verdict verdict = Verdict::kNone;
 };
@@ -126,11 +126,11 @@ struct StrategyResult {
   const Measure* Find(const std::string& key) const;
 };
 
-// A window against the batch.
+// A window compared with the batch.
 struct LagPoint {
   size_t result_idx = 0;
   int lag_frames = 0;
-  // Distance between joints seen by two views [m].
+  // Distance between their positions of joints seen by two views [m].
   double median_m = 0.0, p95_m = 0.0, p99_m = 0.0;
 };
 
@@ -141,7 +141,8 @@ struct CompareResult {
   std::vector<LagPoint> lag_sweep;  // empty without a batch
   // Pixel shifts subtracted from the detections, [fold][view]; empty: none.
   std::vector<std::vector<Eigen::Vector2d>> shifts_px;
-  // The points that filters smooth (filters.points), as StrategyRun::alike.
+  // The points that filters smooth (filters.points), in the form of
+  // StrategyRun::alike.
   TrackSequence points;
 
   const StrategyResult& baseline() const { return strategies[baseline_idx]; }
@@ -149,9 +150,9 @@ struct CompareResult {
   std::vector<const StrategyResult*> Ran() const;
 };
 
-// Runs and scores the strategies with their values; delays are measured behind
-// the truth (if any) and behind the batch, whether requested or not. Throws
-// InputError if the baseline cannot be run.
+// Runs and scores the strategies with their values. Lags are measured relative
+// to the truth (if any) and to the batch, which is run even if not requested.
+// Throws InputError if the baseline cannot be run.
 void Score(CompareResult* result);
 
 // Fills in the measures and the lag sweep from the scores. Called by Score.

@@ -28,8 +28,8 @@ bool OfTheGraph(OutputKind kind) {
   return kind == OutputKind::kWindow || kind == OutputKind::kBatch;
 }
 
-// In the order of the report: the classical ones, some of them on robust
-// points, then the graph.
+// In the order of the report: filters of triangulated points, some of them
+// again on robustly triangulated points, then the graph's strategies.
 std::vector<Strategy> MakeTable() {
   std::vector<Strategy> table;
   std::vector<Strategy> robust;
@@ -48,8 +48,8 @@ std::vector<Strategy> MakeTable() {
   return table;
 }
 
-// The filters with a cut-off, each with every rule. Some of these are also in
-// AllStrategies(), under other names.
+// The filters with a cut-off, each with every rule. AllStrategies() contains
+// some of these under other names.
 std::vector<Strategy> ByRules() {
   std::vector<Strategy> strategies;
   for (const OutputKind kind :
@@ -98,8 +98,9 @@ std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names) {
     if (at == all.size()) {
       const Cells known =
           CellsOf(all, [](const Strategy& one) { return one.name; });
-      throw InputError(fmt::format("no strategy is named '{}', there are {}",
-                                   Printable(name), fmt::join(known, ", ")));
+      throw InputError(
+          fmt::format("no strategy is named '{}', expected one of {}",
+                      Printable(name), fmt::join(known, ", ")));
     }
     if (IndexOf(chosen, name) < chosen.size()) {
       throw InputError("strategy '" + name + "' is named twice");

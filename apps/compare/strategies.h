@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// A variant of a smoother, possibly on other points.
+// A variant of a smoother, possibly applied to robustly triangulated points.
 struct Strategy : SmootherVariant {
   Strategy() = default;
   Strategy(SmootherVariant variant, OutputKind of)
@@ -24,20 +24,20 @@ struct Strategy : SmootherVariant {
   OutputKind kind = OutputKind::kGaussian;
 };
 
-// All of them, in the order of output.
+// All strategies that run by default, in the order of output.
 const std::vector<Strategy>& AllStrategies();
-// The named ones in that order; without names all. Filters with a cut-off also
-// exist with each rule, as "whittaker_yu", and run only if named. Throws
-// InputError for an unknown or repeated one.
+// The named strategies, in the order of `names`; without names AllStrategies.
+// Filters with a cut-off also exist with each rule, for example "whittaker_yu";
+// these run only if named. Throws InputError for unknown and repeated names.
 std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names);
 
 // The rules of a cut-off: "winter", ..., as in filters.*.choice.
 const std::vector<std::pair<std::string, CutoffChoice>>& CutoffRules();
 
-// Index of a name among `strategies`; their number if absent.
+// Index of the strategy with this name; strategies.size() if there is none.
 size_t IndexOf(const std::vector<Strategy>& strategies,
                const std::string& name);
-// The strategy whose tuned values this one takes, usually itself.
+// The strategy whose tuned values this strategy uses, usually itself.
 const Strategy& TunedAs(const Strategy& strategy);
 // The strategies whose grids must be evaluated for `strategies`, each once.
 std::vector<Strategy> TunedThemselves(const std::vector<Strategy>& strategies);
@@ -50,7 +50,7 @@ using StrategyValues = std::vector<double>;
 
 StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,
                              const EstimatorOptions& options);
-// Options of graph mode for which this strategy's poses are written.
+// The options of graph mode with which `track` writes this strategy's poses.
 EstimatorOptions OptionsOfStrategy(const Strategy& strategy,
                                    const StrategyValues& values, double rate_hz,
                                    EstimatorOptions options);

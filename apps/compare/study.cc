@@ -20,7 +20,7 @@
 namespace kinegraph {
 namespace {
 
-// Points of a strategy, and the errors there on each recording.
+// Points of a strategy, and their errors on each recording.
 struct StrategyPoints {
   std::vector<StrategyValues> points;
   std::vector<PointErrors> errors;  // [recording]
@@ -43,9 +43,11 @@ void ForRecording(const RecordingInput& input, const Work& work) {
   try {
     work();
   } catch (const InputError& error) {
-    throw InputError("take '" + Printable(input.name) + "': " + error.what());
+    throw InputError("recording '" + Printable(input.name) +
+                     "': " + error.what());
   } catch (const OptionError& error) {
-    throw InputError("take '" + Printable(input.name) + "': " + error.what());
+    throw InputError("recording '" + Printable(input.name) +
+                     "': " + error.what());
   }
 }
 
@@ -75,7 +77,7 @@ StudyScore ScoreOf(const Comparison& comparison, const StrategyScores& own,
   return score;
 }
 
-// The study under construction.
+// Computes a study.
 class Maker {
  public:
   explicit Maker(const StudyRequest& request)
@@ -176,8 +178,9 @@ class Maker {
     }
   }
 
-  // The best strategy on all recordings except `left_out`, each with the values
-  // chosen on these: one point of BestPoint per strategy.
+  // The strategy that is best on all recordings except `left_out`. Each
+  // strategy runs with the values chosen on those recordings and is one point
+  // for BestPoint.
   std::optional<size_t> BestStrategy(int left_out) const {
     std::vector<PointErrors> recordings(request_.recordings.size());
     for (size_t s = 0; s < request_.strategies.size(); ++s) {
@@ -228,8 +231,8 @@ BatchColumn StudyMeans(const Study& study, size_t s) {
   return column;
 }
 
-// The difference to the baseline of one strategy, or (nullopt) of the one
-// chosen without each recording.
+// The difference from the baseline of one strategy, or (nullopt) of the
+// strategy chosen without each recording.
 BatchSummary DifferenceOf(const Study& study, std::optional<size_t> strategy) {
   BatchColumn column;
   for (const StudyRecording& recording : study.recordings) {
@@ -264,22 +267,24 @@ std::string VerdictSentences(const Study& study) {
     text += " (" + DescribeValues(best, study.best_values) + ")";
   }
   text += fmt::format(
-      ". Left out in turn, each of the recordings was scored with what the "
-      "others chose: against {} it was {}; {} of {} chose the same strategy.",
+      ". Leave-one-out: each recording was scored with the strategy and values "
+      "chosen on the others. Compared with {}, the choice was {}; it was this "
+      "same strategy for {} of {} recordings.",
       study.strategies[study.baseline_idx].title, Counts(verdict),
       verdict.like_all, verdict.recordings);
   const BatchSummary difference = DifferenceOf(study, std::nullopt);
   if (difference.recordings > 0) {
     text += " Mean difference " + Cell(difference) +
-            " px (95 %, over recordings, then frames).";
+            " px (95 % interval; bootstrap over recordings and frames).";
   }
   return text;
 }
 
-// A row per strategy: mean, difference, and number of recordings.
+// One row per strategy: mean error, difference from the baseline, and numbers
+// of recordings on which it is better, not significantly different, and worse.
 Table StrategyTable(const Study& study) {
-  Table table(
-      {"strategy", "held-out, px", "to baseline, px", "better / same / worse"});
+  Table table({"strategy", "held-out, px", "vs. baseline, px",
+               "better / same / worse"});
   for (size_t s = 0; s < study.strategies.size(); ++s) {
     StudyVerdict counts;
     for (const StudyRecording& recording : study.recordings) {
@@ -298,8 +303,8 @@ Table StrategyTable(const Study& study) {
 }
 
 Table RecordingTable(const Study& study) {
-  Table table({"take", "chosen on the others", "values", "held-out, px",
-               "to baseline, px", ""});
+  Table table({"recording", "chosen on the others", "values", "held-out, px",
+               "vs. baseline, px", ""});
   for (const StudyRecording& recording : study.recordings) {
     if (!recording.chosen) {
       table.AddRow({recording.name, "-", "-", "-", "-", ""});
@@ -367,21 +372,20 @@ Study RunStudy(const StudyRequest& request) { return Maker(request).Make(); }
 
 std::string StudyMarkdown(const Study& study) {
   return "# A comparison over " + std::to_string(study.recordings.size()) +
-         " takes\n\n" + VerdictSentences(study) +
+         " recordings\n\n" + VerdictSentences(study) +
          "\n\nHeld-out error: mean of min(error, 30 px) of the detections of "
          "each camera, left out in turn. " +
          (study.tuned ? "Values of every strategy are chosen on the other "
                         "recordings. "
                       : "Values are the configuration's. ") +
-         "Each recording counts the same. Intervals (95 %) draw recordings, "
-         "and each "
-         "recording's figure with the error of its own bootstrap over "
-         "frames.\n\n" +
+         "Each recording has the same weight. 95 % intervals come from a "
+         "bootstrap that resamples recordings and perturbs the value of each "
+         "recording by its own bootstrap error over frames.\n\n" +
          StrategyTable(study).ToString(TableStyle::kMarkdown) +
-         "\nbetter / same / worse: recordings on which the interval of the "
-         "paired "
-         "difference to the baseline is clear of zero, or is not.\n\n## Take "
-         "by recording\n\n" +
+         "\nbetter / same / worse: number of recordings on which the 95 % "
+         "interval of the paired difference from the baseline lies below zero, "
+         "contains zero, or lies above zero.\n\n## Results by "
+         "recording\n\n" +
          RecordingTable(study).ToString(TableStyle::kMarkdown);
 }
 
@@ -461,8 +465,8 @@ std::string StudyDigest(const Study& study, const std::string& folder) {
          RecordingTable(study).ToString() + "\n" +
          Wrapped(VerdictSentences(study), kTerminalColumns) + "written to " +
          folder +
-         ":\n  study.md, study.csv, study.json\n  recommended.toml: for track "
-         "--config, the configuration given with the best strategy\n";
+         ":\n  study.md, study.csv, study.json\n  recommended.toml: your "
+         "configuration with the best strategy, for track --config\n";
 }
 
 }  // namespace kinegraph

@@ -1,9 +1,9 @@
-// A comparison over several recordings: values chosen on some are scored on
-// others.
+// Compares strategies over several recordings by leave-one-out: values chosen
+// on all but one recording are scored on that one.
 //
-// Every recording is left out once. The strategy and its values that perform
-// best on the others are scored on it, so no figure is based on a choice made
-// on the same recording. "Best" is the least mean over recordings of their mean
+// The strategy and the values that perform best on the others are scored on the
+// recording left out, so no figure is based on a choice made on the same
+// recording. "Best" is the least mean over recordings of their mean
 // held-out error: each recording has the same weight, whatever its length.
 #ifndef KINEGRAPH_APPS_COMPARE_STUDY_H_
 #define KINEGRAPH_APPS_COMPARE_STUDY_H_
@@ -25,8 +25,8 @@ namespace kinegraph {
 using PointErrors = std::vector<RatioUnit>;
 
 // The point with the least mean over recordings of the recording's mean error,
-// ignoring the recording `left_out` (-1: none). Points that cannot be run on
-// one of them are excluded; nullopt if none remains.
+// ignoring the recording `left_out` (-1: none). Excludes points that cannot be
+// run on one of these recordings; nullopt if no point remains.
 std::optional<size_t> BestPoint(const std::vector<PointErrors>& recordings,
                                 int left_out);
 
@@ -36,7 +36,8 @@ struct StudyScore {
   StrategyValues values;
   double mean_px = 0.0;
   double standard_error_px = 0.0;  // block bootstrap over frames
-  // Minus the baseline; the error is of the paired difference.
+  // Mean error minus that of the baseline, and the standard error of this
+  // paired difference.
   double difference_px = 0.0;
   double difference_error_px = 0.0;
   Verdict verdict = Verdict::kNone;
@@ -66,11 +67,11 @@ struct Study {
 // Number of recordings on which the choice made without them is better than the
 // baseline, not significantly different (or the baseline itself), and worse.
 struct StudyVerdict {
-  int recordings = 0;  // with something to choose and to score
+  int recordings = 0;  // on which a choice was made and scored
   int better = 0;
   int same = 0;
   int worse = 0;
-  int like_all = 0;  // whose choice equals that of all recordings
+  int like_all = 0;  // on which the choice equals Study::best
 
   void Count(Verdict one) {
     ++(one == Verdict::kLess ? better : one == Verdict::kMore ? worse : same);
@@ -85,7 +86,7 @@ struct StudyRequest {
   bool tune = false;
   int threads = 1;
 };
-// Reads one take at a time. Throws InputError naming the recording.
+// Reads one recording at a time. Throws InputError naming the recording.
 Study RunStudy(const StudyRequest& request);
 
 // study.md, study.csv and study.json.

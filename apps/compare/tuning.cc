@@ -18,7 +18,7 @@
 namespace kinegraph {
 namespace {
 
-// Number of folds with a recording of their own: one if all share it.
+// Number of different prepared recordings: one if the folds share it.
 size_t RecordingCount(const Comparison& comparison) {
   const std::vector<Fold>& folds = comparison.folds;
   const bool shared = folds.back().recording == folds.front().recording;
@@ -80,7 +80,7 @@ void ScorePiece(const Comparison& comparison, const Strategy& strategy,
   piece->cpu_s = 1e-9 * static_cast<double>(ThreadCpuNs() - start_ns);
 }
 
-// Chooses on one fold and scores on the other.
+// Chooses the values for each fold on the other one.
 StrategyTuning ChooseCrossed(const std::vector<StrategyValues>& grid,
                              const GridErrors& scored) {
   const auto& errors = scored.errors;
@@ -116,7 +116,8 @@ struct FoldTable {
   void Describe(OptionVisitor& visitor) {
     for (int fold = 0; fold < 2; ++fold) {
       visitor.Enter(kFoldTables[fold]);
-      visitor.Text("frames", &frames[fold], "that are scored with these");
+      visitor.Text("frames", &frames[fold],
+                   "frames that are scored with these parameters");
       for (size_t s = 0; s < AllStrategies().size(); ++s) {
         const Strategy& strategy = AllStrategies()[s];
         if (strategy.parameters.empty()) continue;
@@ -200,7 +201,7 @@ void WriteParameters(const std::vector<Strategy>& strategies,
                      const ParameterFile& parameters, const std::string& path) {
   std::string text =
       "# Parameters of smoothing strategies, chosen by held-out error: those "
-      "of\n# [first] on the frames of [second], and the other way round.\n";
+      "in\n# [first] on the frames of [second], and vice versa.\n";
   for (size_t fold = 0; fold < 2; ++fold) {
     const char* const table = kFoldTables[fold];
     const FrameRange& frames = parameters.folds[fold];
@@ -246,7 +247,10 @@ ParameterFile ReadParameters(const std::string& path,
     parameters.folds.push_back(ranges.front());
   }
   if (parameters.folds.size() == 1) {
-    throw InputError(path, "", "frames of one fold, expected of both or none");
+    throw InputError(
+        path, "",
+        "found the frames of one fold, expected those of both folds or "
+        "none");
   }
   for (const Strategy& strategy : strategies) {
     const size_t s = IndexOf(AllStrategies(), strategy.name);

@@ -15,10 +15,10 @@ namespace kinegraph {
 // One point of a grid.
 struct TuningPoint {
   StrategyValues values;
-  // Mean of min(error, 30 px) in the frames of each fold, as that fold is
-  // scored; NaN: refused.
+  // Mean of min(error, 30 px) by fold, on the detections on which that fold is
+  // scored; NaN: the strategy could not be run.
   std::vector<double> error_px;
-  double pooled_px = 0.0;  // over both
+  double pooled_px = 0.0;  // over both folds
 };
 
 struct StrategyTuning {
@@ -30,17 +30,17 @@ struct StrategyTuning {
   double cpu_s = 0.0;
 };
 
-// `comparison` must have two folds. Strategies tuned as another one take its
-// values, which are computed even if it is not among them. A strategy without
-// parameters has one point.
+// `comparison` must have two folds. A strategy that is tuned as another one
+// uses the other's values, which are computed even if the other is not among
+// `strategies`. A strategy without parameters has one point.
 std::vector<StrategyTuning> TuneStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies);
 
 // Held-out errors of points of a strategy, over all views: the sum of
-// min(error, 30 px) and the number of joints. [recording of][frames of][point],
-// both by fold: a fold is scored on its own recording; what is chosen for it is
-// judged in the other fold's frames, on the same recording. No weight if the
-// strategy cannot process the recording with these values.
+// min(error, 30 px) and the number of joints; weight 0 if the strategy cannot
+// process the recording with these values. errors[r][f][p]: point p, run on the
+// detections of fold r, in the frames of fold f. Fold r is scored by [r][r];
+// its values are chosen by [r][1 - r].
 struct GridErrors {
   std::vector<std::vector<std::vector<RatioUnit>>> errors;
   double cpu_s = 0.0;
@@ -49,17 +49,19 @@ GridErrors ScoreGrid(const Comparison& comparison, const Strategy& strategy,
                      const std::vector<StrategyValues>& points,
                      Progress* progress = nullptr);
 
-// Values in a file, TOML: tables [first] and [second], the folds, in each
+// A TOML file with the values of each fold: tables [first] and [second], each
+// with the frames of the fold,
 //   frames = "300:438"
-// and a table per strategy with its parameters. Reads back what it wrote.
+// and one table per strategy with its parameters. ReadParameters accepts what
+// WriteParameters wrote.
 struct ParameterFile {
-  std::vector<FrameRange> folds;       // two, or none: one set of values
+  std::vector<FrameRange> folds;  // two; none if all frames share the values
   std::vector<FoldValues> strategies;  // in the requested order
 };
 void WriteParameters(const std::vector<Strategy>& strategies,
                      const ParameterFile& parameters, const std::string& path);
-// Values absent from the file are the configuration's. Throws InputError naming
-// file and key.
+// Values absent from the file are those of the configuration. Throws InputError
+// naming file and key.
 ParameterFile ReadParameters(const std::string& path,
                              const std::vector<Strategy>& strategies,
                              double rate_hz, const EstimatorOptions& options);

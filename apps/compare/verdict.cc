@@ -132,8 +132,9 @@ std::string VerdictText(const CompareResult& result) {
     close.push_back(one->strategy.title);
   }
   if (!close.empty()) {
-    text += fmt::format(" Their own intervals overlap with the best one's: {}.",
-                        fmt::join(close, "; "));
+    text += fmt::format(
+        " Strategies whose own interval overlaps that of the best: {}.",
+        fmt::join(close, "; "));
   }
   return text + TruthText(result);
 }
@@ -148,18 +149,18 @@ std::string RecommendedToml(const CompareResult& result) {
       result.comparison.rate_hz(), wanted.estimators);
   std::string text = fmt::format(
       "# Made by `kinegraph compare`: the configuration it was given, with the "
-      "best\n# strategy. {}: {} of mean held-out error, {}.\n",
+      "best\n# strategy. {}: mean held-out error {}, {}.\n",
       best->strategy.title, Pixels(best->Find(kHeldOut)->value),
       DelayText(*best));
   if (best->values.size() > 1) {
-    text += "# Values are those of the first fold.\n";
+    text += "# The values are those of the first fold.\n";
   }
   return text + ChangedKeysToml(wanted);
 }
 
 std::string Digest(const CompareResult& result, const std::string& folder) {
-  Table table({"strategy", "held-out, px", "to baseline", "accel., m/s^2",
-               "final after"});
+  Table table({"strategy", "held-out, px", "vs. baseline", "accel., m/s^2",
+               "pose final after"});
   for (const StrategyResult& one : result.strategies) {
     const std::string title = Cut(one.strategy.title, 38);
     if (!one.ran()) {
@@ -182,13 +183,13 @@ std::string Digest(const CompareResult& result, const std::string& folder) {
     balance += Wrapped(sentence, kTerminalColumns, "  ");
   }
   return table.ToString() +
-         "Held-out error in the mean; =: not significantly different "
+         "Mean held-out error; =: not significantly different "
          "from the baseline.\n\n" +
          Wrapped(VerdictText(result), kTerminalColumns) + balance +
          "written to " + folder +
          ":\n  compare.md (all tables), compare.csv, compare.json, "
-         "runtime.json\n  recommended.toml: for track --config, the "
-         "configuration given with the best strategy\n";
+         "runtime.json\n  recommended.toml: your configuration with the best "
+         "strategy, for track --config\n";
 }
 
 }  // namespace kinegraph

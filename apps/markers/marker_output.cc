@@ -20,7 +20,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kMm = 1000.0;  // from metres to mm, from seconds to ms
+constexpr double kMm = 1000.0;  // mm per m, and ms per s
 
 std::string BaseName(const std::string& path) {
   return path.substr(path.find_last_of('/') + 1);
@@ -32,7 +32,7 @@ Json Three(const Eigen::Vector3d& vector, double factor) {
   return {factor * vector.x(), factor * vector.y(), factor * vector.z()};
 }
 
-// NaN is null.
+// NaN becomes null.
 void AddCalibration(const Calibration& calibration, const std::string& before,
                     Json* json) {
   (*json)[before + "coverage_50"] = calibration.Covered(0.50);
@@ -89,7 +89,7 @@ Json EventsJson(const FootEvents& events) {
   return json;
 }
 
-// Mean and mean absolute value of the matched events' differences [s].
+// Mean and mean absolute difference of the matched events [s].
 std::pair<double, double> MeanOf(const std::vector<TimedEvent>& events) {
   std::vector<double> differences, sizes;
   for (const TimedEvent& event : events) {
@@ -177,7 +177,8 @@ Cells ErrorRow(const JointAgreement& joint, bool is_apart) {
           Mm(joint.after_offset_median_m)};
 }
 
-// Joints whose centre is enclosed by markers; all joints if there are none.
+// Whether a joint is pooled: its centre is enclosed by markers, or no joint's
+// centre is.
 bool IsPooled(const MarkerStudy& study, size_t joint) {
   const std::vector<bool>& centres = study.motion.is_centre;
   return centres[joint] ||
@@ -199,16 +200,16 @@ std::string ErrorTable(const MarkerStudy& study) {
   }
   table.AddRow(ErrorRow(study.agreement.pooled, false));
   return fmt::format(
-      "{}\nMillimetres; 95 %: interval of the median by bootstrap over {} of "
-      "{} "
-      "s; bias right, forward, up and its limits of agreement (1.96 standard "
-      "deviations to each side); offset off: median after each joint's "
-      "constant offset, learnt on the other half. Mean of the medians: {} "
+      "{}\nMillimetres. 95 %: interval of the median, by bootstrap over {} of "
+      "{} s. bias r f u: to the right, forward and up. limits: limits of "
+      "agreement about the bias (1.96 standard deviations to each side). "
+      "offset off: median after removing each joint's constant offset, "
+      "estimated on the other half of the recording. Mean of the medians: {} "
       "mm.\n{}",
       table.ToString(TableStyle::kMarkdown),
       study.blocks_are_strides ? "strides" : "pieces", Fixed(study.block_s, 2),
       Mm(study.agreement.mean_of_medians_m),
-      any_apart ? "\n(*) not pooled: its markers do not enclose the joint's "
+      any_apart ? "\n(*) not pooled: the markers do not enclose the joint's "
                   "centre.\n"
                 : "");
 }
@@ -241,7 +242,7 @@ Cells CalibrationRow(const std::string& name, const Calibration& calibration) {
 std::string CalibrationTable(const MarkerStudy& study) {
   const MotionAgreement& agreement = study.agreement;
   if (agreement.pooled.calibration.count() == 0) {
-    return "The tracks state no covariances: nothing to calibrate.\n";
+    return "The tracks contain no covariances.\n";
   }
   Table table({"ellipsoids", "n", "50 %", "80 %", "95 %", "ECE", "stated, mm",
                "log score"});
@@ -258,13 +259,13 @@ std::string CalibrationTable(const MarkerStudy& study) {
   }
   const JointAgreement& pooled = agreement.pooled;
   return fmt::format(
-      "{}\nShare of the true joints within the stated ellipsoids; ECE: mean "
-      "difference of covered and promised share.\n\nCovariances say how "
-      "precise "
-      "the detections make a joint, not where a detector sees it: each joint's "
-      "constant offset is no part of what they promise, unless the tracks have "
-      "learnt it. Freed of it the median goes from {} to {} mm, and the 95 % "
-      "ellipsoids hold {} % of the joints instead of {} %.\n",
+      "{}\nPercentage of the true joints within the stated ellipsoids. ECE: "
+      "mean absolute difference of actual and nominal coverage.\n\nCovariances "
+      "state the precision of a joint given its detections. They do not "
+      "include the detector's constant offset of the joint, unless the tracks "
+      "have learnt it. With the offset removed, the median changes from {} to "
+      "{} mm, and the 95 % ellipsoids contain {} % of the joints instead of {} "
+      "%.\n",
       table.ToString(TableStyle::kMarkdown), Mm(pooled.median_m),
       Mm(pooled.after_offset_median_m),
       Fixed(100.0 * pooled.after_offset.Covered(0.95), 1),
@@ -286,12 +287,12 @@ std::string AngleTable(const MarkerStudy& study) {
 
 std::string EventText(const MarkerStudy& study) {
   const std::string text = fmt::format(
-      "Feet, by {}: {} events of the markers, {} of the tracks.\n",
-      study.true_events.is_walk ? "their way relative to the pelvis (Zeni 2008)"
-                                : "their vertical speed (no walking)",
+      "Foot events from {}: {} in the markers, {} in the tracks.\n",
+      study.true_events.is_walk ? "positions relative to the pelvis (Zeni 2008)"
+                                : "vertical speeds (no walking)",
       study.true_events.events.size(), study.found_events.events.size());
   if (study.true_on_plates.empty()) return text;
-  Table table({"plate", "at, s", "markers, ms", "tracks, ms"});
+  Table table({"plate event", "time, s", "markers, ms", "tracks, ms"});
   const auto ms = [](double seconds) { return Fixed(kMm * seconds, 1); };
   for (size_t i = 0; i < study.true_on_plates.size(); ++i) {
     const TimedEvent& event = study.true_on_plates[i];
@@ -302,7 +303,8 @@ std::string EventText(const MarkerStudy& study) {
   const auto by_markers = MeanOf(study.true_on_plates);
   const auto by_tracks = MeanOf(study.found_on_plates);
   table.AddRow({"mean", "", ms(by_markers.first), ms(by_tracks.first)});
-  table.AddRow({"mean size", "", ms(by_markers.second), ms(by_tracks.second)});
+  table.AddRow(
+      {"mean absolute", "", ms(by_markers.second), ms(by_tracks.second)});
   return text + "\n" + table.ToString(TableStyle::kMarkdown);
 }
 
@@ -311,8 +313,9 @@ std::string AlignText(const MarkerStudy& study) {
   const auto& clock = study.alignment.clock;
   const WorldFit& world = study.alignment.world;
   std::string text = fmt::format(
-      "Median distance of all joints: {} mm as they stand, {} mm on one clock, "
-      "{} mm in one world, too. Scored with `--align={}`",
+      "Median distance over all joints: {} mm without alignment, {} mm with "
+      "aligned clocks, {} mm with aligned clocks and worlds. Scored with "
+      "`--align={}`",
       Mm(study.alignment.median_none_m), Mm(study.alignment.median_clock_m),
       Mm(study.alignment.median_both_m), ToString(align));
   if (align == Align::kBoth || align == Align::kClock) {
@@ -324,7 +327,7 @@ std::string AlignText(const MarkerStudy& study) {
     }
   }
   if (align == Align::kBoth || align == Align::kWorld) {
-    text += fmt::format("; turned by {} +- {} degrees, moved by {} +- {} mm",
+    text += fmt::format("; rotation {} +- {} degrees, translation {} +- {} mm",
                         Fixed(world.rotation_deg(), 2),
                         Fixed(world.rotation_sigma_deg, 2),
                         Mm(world.truth_from_tracks.translation().norm()),
@@ -340,7 +343,7 @@ std::string InputText(const MarkerInput& input) {
 
 // ---- Plots and the page
 
-// More points of a cloud or a line make no visible difference.
+// More points of a cloud or line would make no visible difference.
 constexpr size_t kMostPoints = 2000;
 
 size_t Stride(size_t count) {
@@ -405,7 +408,7 @@ Plot ErrorsOverTime(const MarkerStudy& study) {
   const PairedMotion& motion = study.motion;
   const size_t stride = Stride(motion.truth.frames.size());
   Plot plot;
-  plot.title = "Distance of tracks and markers";
+  plot.title = "Distance between tracks and markers";
   plot.x.label = "time of the markers [s]";
   plot.y.label = "distance [mm]";
   plot.y.low = 0.0;
@@ -429,12 +432,11 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
   constexpr int kLevels = 20;
   Plot plot;
   plot.title = "Calibration of the ellipsoids";
-  plot.x.label = "promised [%]";
-  plot.y.label = "covered [%]";
+  plot.x.label = "nominal [%]";
+  plot.y.label = "actual [%]";
   plot.x.low = plot.y.low = 0.0;
   plot.x.high = plot.y.high = 100.0;
-  PlotSeries right = {
-      "as promised", PlotStyle::kLine, {0.0, 100.0}, {0.0, 100.0}};
+  PlotSeries right = {"ideal", PlotStyle::kLine, {0.0, 100.0}, {0.0, 100.0}};
   right.dashed = true;
   plot.series.push_back(right);
   const struct {
@@ -458,7 +460,7 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
 }
 
 // Writes bland_altman.svg, errors.svg and, with covariances, calibration.svg
-// into a folder that ends with '/'; returns the names written.
+// into `folder`, which ends with '/'; returns their names.
 std::vector<std::string> WriteMarkerPlots(const MarkerStudy& study,
                                           const std::string& folder) {
   std::vector<std::string> names = {"bland_altman.svg", "errors.svg"};
@@ -567,7 +569,7 @@ std::string MarkerMarkdown(const MarkerStudy& study) {
       AlignText(study));
   const Cells& lacking = study.truth.joints.lacking;
   if (!lacking.empty()) {
-    text += fmt::format("\nLeft out, for want of a marker: {}.\n",
+    text += fmt::format("\nLeft out because a marker is missing: {}.\n",
                         fmt::join(lacking, " "));
   }
   text += "\n## Joints\n\n" + ErrorTable(study);
@@ -575,9 +577,9 @@ std::string MarkerMarkdown(const MarkerStudy& study) {
       "\nPA-MPJPE {} mm; PCK at 150 mm {} %, AUC {} %{}.\n",
       Mm(agreement.pa_mpjpe_m), Fixed(agreement.pck_150.percent(), 1),
       Fixed(100.0 * agreement.auc, 1),
-      agreement.root_aligned ? ", the middle of the hips in one place"
-                             : ", without alignment of a root");
-  text += "\n## Intervals\n\n" + CalibrationTable(study);
+      agreement.root_aligned ? ", with the middle of the hips aligned"
+                             : ", without root alignment");
+  text += "\n## Covariances\n\n" + CalibrationTable(study);
   if (!study.angles.empty()) text += "\n## Angles\n\n" + AngleTable(study);
   text += "\n## Steps\n\n" + EventText(study);
   return text + "\n## Speeds\n\n" + MotionTable(study);

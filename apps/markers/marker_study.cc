@@ -53,7 +53,7 @@ void RequireCommon(const MarkerInput& truth, const MarkerInput& tracks) {
   throw InputError(truth.path, "",
                    "no marker in common: it has " + SomeLabels(a) + ", " +
                        Printable(tracks.path) + " has " + SomeLabels(b) +
-                       "; --joints=F.toml says what a joint is");
+                       "; --joints=F.toml defines joints by markers");
 }
 
 // Values of an angle in the rows of both tables, which have the same frames.
@@ -104,7 +104,7 @@ void AddEvents(const MarkerRequest& request, MarkerStudy* study) {
                                              study->motion.truth, study->up);
 }
 
-// [Hz]; from the times if the file has no rate.
+// Frame rate [Hz], computed from the times if the file does not specify it.
 double RateOf(const MarkerInput& input) {
   const TrackSequence& tracks = input.joints.tracks;
   double length_s = 0.0;
@@ -120,8 +120,8 @@ double RateOf(const MarkerInput& input) {
   return static_cast<double>(tracks.frames.size() - 1) / length_s;
 }
 
-// Joints of a file: by `rules`, else by the set to which its labels belong,
-// else by joints' names.
+// Determines the joints of a file: by `rules`, else by the marker set to which
+// its labels belong, else by the names of joints.
 MarkerInput ReadMarkerInput(const std::string& path, const std::string& rules,
                             TrackSequence points) {
   MarkerInput input;
@@ -196,8 +196,9 @@ MarkerStudy RunMarkerStudy(const MarkerRequest& request) {
         study.tracks.joints.is_centre[static_cast<size_t>(pair.b)]);
   }
   if (study.motion.truth.frames.empty()) {
-    throw InputError(request.tracks, "",
-                     "no frame of it lies where the ground truth has markers");
+    throw InputError(
+        request.tracks, "",
+        "has no frame at a time at which the ground truth has markers");
   }
   study.up = UpDirection(truth, {StatedUp(request.ground_truth)})
                  .value_or(Eigen::Vector3d::UnitZ());
@@ -220,7 +221,8 @@ TrackSequence MarkersAsTruth(const std::string& path, const std::string& rules,
   PairedMotion motion =
       PairMotion(truth, paths, tracks, alignment.person, false,
                  alignment.joints, alignment.clock, alignment.world);
-  // PairMotion numbers frames as the tracks do, with the markers' times.
+  // PairMotion returns the frame numbers of the tracks with the times of the
+  // markers.
   std::map<int64_t, TimeNs> times;
   for (const TrackFrame& frame : tracks.frames) {
     times[frame.frame] = frame.time;

@@ -1,5 +1,6 @@
-// Tracks against optical markers or another program's segments: reading,
-// aligning, scoring (marker_study.cc), and output (marker_output.cc).
+// Compares tracks with optical markers or another program's segments: reads,
+// aligns and scores them (marker_study.cc), and writes the results
+// (marker_output.cc).
 #ifndef KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
 #define KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
 
@@ -22,7 +23,9 @@ namespace kinegraph {
 struct MarkerRequest {
   std::string tracks;
   std::string ground_truth;
-  std::string joints;  // rules (TOML); empty: set recognised by its labels
+  // File with rules for the joints (TOML); empty: the marker set is recognised
+  // by its labels.
+  std::string joints;
   std::string unit;
   std::vector<FrameRange> frames;  // of the tracks; empty: all
   bool plates = false;
@@ -35,7 +38,7 @@ const char* ToString(Align align);
 
 struct MarkerInput {
   std::string path;
-  std::string set;       // name of the set; empty: the file has joints
+  std::string set;       // name of the marker set; empty: the file has joints
   TrackSequence points;  // as in the file
   MarkerJoints joints;
 };
@@ -52,22 +55,23 @@ struct MarkerStudy {
   bool blocks_are_strides = false;
   std::map<std::string, ValueAgreement> angles;  // degrees
   FootEvents true_events, found_events;
-  // Empty without plates: from the markers, from the tracks.
+  // Events of the force plates, compared with the events of the markers and of
+  // the tracks; empty without plates.
   std::vector<TimedEvent> true_on_plates, found_on_plates;
 };
 
 // Throws InputError naming the file.
 MarkerStudy RunMarkerStudy(const MarkerRequest& request);
 
-// The markers' joints as a ground truth for the given tracks: in their frames,
-// on their clock and in their world, aligned with them.
+// The markers' joints as a ground truth for the given tracks: aligned with the
+// tracks, in their frames, clock and world.
 TrackSequence MarkersAsTruth(const std::string& path, const std::string& rules,
                              const TrackSequence& tracks);
 
 // Millimetres, degrees and seconds as the keys specify; null if undefined.
 Json MarkerJson(const MarkerStudy& study);
 std::string MarkerMarkdown(const MarkerStudy& study);
-// markers.json, markers.md, plots and page.html into a new folder.
+// Writes markers.json, markers.md, plots and page.html to a new folder.
 void WriteMarkerFolder(const MarkerStudy& study, const Json& json,
                        const std::string& folder);
 

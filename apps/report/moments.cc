@@ -45,7 +45,7 @@ double BoneLength(const Pose3d& pose, const Bone& bone) {
   return (a.position_m - b.position_m).norm();
 }
 
-// Medians of each person's bone lengths; NaN if never seen.
+// Medians of each person's bone lengths; NaN for bones that were never seen.
 std::map<TrackId, std::vector<double>> MedianBones(
     const TrackSequence& tracks) {
   const std::vector<Bone>& bones = tracks.header.skeleton.bones();

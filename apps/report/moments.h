@@ -12,8 +12,8 @@ namespace kinegraph {
 
 enum class MomentKind {
   kResidual,    // px, the worst view's mean
-  kSpeedJump,   // m/s, between two steps of a joint
-  kBone,        // m, from the bone's median of that person
+  kSpeedJump,   // m/s, change of a joint's velocity between two steps
+  kBone,        // m, deviation from the median length of the person's bone
   kDifference,  // m, mean joint distance to truth, or to the other result
   kStart,       // an identity appears after the first frame
   kEnd,         // an identity ends before the last frame
@@ -29,18 +29,19 @@ struct Moment {
   std::string detail;  // the joint, bone or view
 };
 
-// Of `moments`, all of one kind, at most `count` that stand out from the whole
-// recording, the worst first, and at most one per person within half a second.
-// The threshold is the upper quartile plus three times the interquartile range
-// (Tukey 1977, "far out"), so that values that are large throughout do not
-// stand out. Of normal values one in 850,000 exceeds it.
+// Selects at most `count` outliers of `moments`, which are of one kind: the
+// largest first, and at most one per person within half a second. The threshold
+// is the upper quartile plus three times the interquartile range (Tukey 1977,
+// "far out"), so that values that are large throughout are not outliers. One in
+// 850,000 normally distributed values exceeds it.
 std::vector<Moment> Largest(std::vector<Moment> moments, size_t count);
 
-// One per person and frame: the largest change of a joint's velocity, the
-// largest deviation of a bone.
+// One moment per person and frame: the largest change of a joint's velocity, or
+// the largest deviation of a bone's length.
 std::vector<Moment> SpeedJumps(const TrackSequence& tracks);
 std::vector<Moment> BoneDeviations(const TrackSequence& tracks);
-// Where identities start after the first frame or end before the last.
+// The frames in which identities start after the first frame or end before the
+// last one.
 std::vector<Moment> StartsAndEnds(const TrackSequence& tracks);
 
 // Mean distance over shared joints to the nearest person of the other result;

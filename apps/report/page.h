@@ -1,5 +1,5 @@
-// The page itself: markup, style, scripts and data in one file, and the
-// encoding of bytes, numbers and foreign files inside it.
+// Writes the page: markup, style, scripts and data in one file. Encodes bytes,
+// numbers and the JSON files of other commands for it.
 #ifndef KINEGRAPH_APPS_REPORT_PAGE_H_
 #define KINEGRAPH_APPS_REPORT_PAGE_H_
 
@@ -15,18 +15,18 @@
 
 namespace kinegraph {
 
-// `data_json` from MakePageData.
+// Makes the page; `data_json` comes from MakePageData.
 std::string MakePage(const std::string& title, const std::string& data_json);
 
-// Writes it to a file atomically. Returns its size in bytes; throws InputError
-// if the file cannot be written.
+// Writes the page to a file atomically. Returns its size in bytes; throws
+// InputError if the file cannot be written.
 size_t WritePage(const std::string& title, const std::string& data_json,
                  const std::string& path);
 
 std::string Base64(std::string_view bytes);
 
-// The bytes of the numbers as in memory. Pages read them as little-endian,
-// which every supported machine is.
+// Encodes the bytes of the numbers as they are in memory. Pages read them as
+// little-endian, the byte order of every supported machine.
 template <typename Number>
 std::string Base64(const std::vector<Number>& numbers) {
   return Base64(std::string_view(reinterpret_cast<const char*>(numbers.data()),
@@ -53,7 +53,7 @@ Json ReadSummaryJson(const std::string& text, const std::string& file);
 Json ReadDoctorJson(const std::string& text, const std::string& file);
 
 // Removes findings of the doctor that the configuration of a result already
-// corrects: the keys of the fix are set, or it refines the fault.
+// corrects: it sets the keys of the fix, or refines the parameter concerned.
 void LeaveOutMended(const std::string& config_json, Json* doctor);
 
 // The page's sources, embedded into the program by embed.cmake.

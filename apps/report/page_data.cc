@@ -41,8 +41,8 @@ std::map<int64_t, TimeNs> ClockOf(const PageInput& input) {
   return clock;
 }
 
-// Replaces a clock that does not advance by an assumed rate. Returns whether it
-// did.
+// If the times do not ascend, replaces them by those of an assumed frame rate.
+// Returns whether they were replaced.
 bool RepairTimes(std::map<int64_t, TimeNs>* clock) {
   TimeNs last = 0;
   bool ascends = true;
@@ -88,7 +88,7 @@ Json ToJson(const Camera& camera, const std::string& view) {
   return json;
 }
 
-// Intermediate data of one result's poses.
+// Intermediate data for one result.
 struct ResultWork {
   std::map<TrackId, uint16_t> person_of;         // index into the page's ids
   std::optional<DetectionPairing> pairing;       // tracks beside detections
@@ -122,7 +122,8 @@ size_t TextBytes(const Json& json, const std::vector<std::string>& keys) {
   return bytes;
 }
 
-// The final identity of a person named in edit `index`, after all later edits.
+// The final identity, after edit `index` and all later ones, of the person
+// `id`.
 TrackId InTheEnd(const std::vector<IdentityEdit>& edits, size_t index,
                  TrackId id) {
   for (size_t e = index; e < edits.size(); ++e) {
@@ -213,7 +214,7 @@ class PageMaker {
   PageData data_;
 };
 
-// Sizes in bytes before Base64, which adds a third.
+// Estimates sizes in bytes before Base64, which adds a third.
 void PageMaker::ChooseStrides() {
   double poses = 0.0;
   double extras = 0.0;
@@ -294,7 +295,7 @@ ResultWork PageMaker::WorkOf(size_t r) const {
   return work;
 }
 
-// Worst moments are searched in every frame, kept or not.
+// Moments are searched in every frame, also in frames that the page leaves out.
 void PageMaker::AddFrame(const TrackFrame& frame,
                          const std::vector<double>* differences,
                          ResultWork* work) {
@@ -389,9 +390,9 @@ Json PageMaker::ResultJson(size_t r) {
   return json;
 }
 
-// {"names": [...], "quantum": degrees, "values": [Base64 per name], "low",
-// "high"}: angles of each pose on the page; intervals if covariances are
-// requested.
+// Adds {"names": [...], "quantum": degrees, "values": [Base64 per name], "low",
+// "high"}: the angles of each pose on the page, with intervals if covariances
+// are requested.
 void PageMaker::AddAngles(const TrackSequence& tracks, Json* json) {
   KinematicsOptions options;
   if (up_is_known_) options.up = up_;
@@ -439,8 +440,8 @@ Json PageMaker::DetectionsJson() const {
       }
     }
   }
-  // Coordinates are stored without sign: joints left of or above the image are
-  // shown at its edge.
+  // Coordinates are stored as unsigned integers, so joints to the left of or
+  // above the image appear at its edge.
   const double quantum = std::max(0.1, largest / 65000.0);
   std::vector<uint16_t> counts;
   std::vector<uint16_t> xy;
@@ -539,9 +540,9 @@ void PageMaker::FindUp(const TrackSequence& lead) {
   if (cameras.norm() > 0.0) up_ = cameras.normalized();
   if (!IsHuman(lead.header.skeleton)) return;
   data_.notes.emplace_back(
-      "which way is up is not known, as people may be lying: drawn as the "
-      "cameras are held, else with z up, and angles that rest on it are left "
-      "out (--up=z)");
+      "the up direction is unknown, because people may be lying: the page uses "
+      "that of the cameras, else z, and omits angles that depend on it (set it "
+      "with --up=z)");
 }
 
 PageData PageMaker::Make() {
@@ -598,7 +599,7 @@ PageData PageMaker::Make() {
 }  // namespace
 
 PageData MakePageData(const PageInput& input, const PageOptions& options) {
-  // The page draws, reports and quantises in the run's metres, in which
+  // The page draws, reports and quantises in the run's unit of length, in which
   // subjects have the size of people.
   const SubjectScale scale = input.results.empty()
                                  ? SubjectScale()

@@ -26,7 +26,7 @@ struct PageVideo {
   std::string source;       // a path relative to the page; empty: `bytes`
   std::string bytes;        // the file, embedded in the page
   std::string type;         // "video/mp4"
-  int64_t first_frame = 0;  // number of its first image
+  int64_t first_frame = 0;  // frame number of its first image
   // Start of each image and end of the last one [s].
   std::vector<double> times_s;
 };
@@ -37,10 +37,10 @@ struct PageResult {
   std::string label;  // shown as plain text, never as markup
   ResultRole role = ResultRole::kTracks;
   TrackSequence tracks;
-  // NAME.summary.json of `track` beside it; empty: none.
+  // NAME.summary.json, written by `track` beside the tracks; empty: none.
   std::string summary_json = {};
-  // NAME.identity.jsonl: the identity decisions, and its lines verbatim, which
-  // the page exports again together with corrections made there.
+  // The identity decisions in NAME.identity.jsonl, and its lines verbatim,
+  // which the page exports together with corrections made on the page.
   std::vector<IdentityEdit> identity_edits = {};
   std::vector<std::string> identity_lines = {};
   PersonNames names = {};
@@ -49,29 +49,30 @@ struct PageResult {
 struct PageInput {
   std::string title;
   std::string doctor_json = {};  // DIR/doctor.json of `doctor`; empty: none
-  // One or more; the first is the reference, truth last.
+  // One or more; the first one is the reference, a ground truth is the last
+  // one.
   std::vector<PageResult> results;
   CameraRig cameras;  // in the order of the detections' views
   std::optional<DetectionSequence> detections;  // requires cameras
-  // Images behind the panels: one path per camera, relative to the page, with a
-  // number such as %06d for the frame; empty: none.
+  // Images behind the panels: one path per camera, relative to the page, with
+  // %06d or the like for the frame number; empty: none.
   std::vector<std::string> image_patterns;
-  // Embedded images instead: one map per camera, JPEG or PNG by frame number.
+  // Instead, embedded images: one map per camera, JPEG or PNG by frame number.
   std::vector<std::map<int64_t, std::string>> pictures;
-  // Or videos: at most one per camera.
+  // Or videos: one per camera, or nullopt.
   std::vector<std::optional<PageVideo>> videos;
 };
 
 struct PageOptions {
   bool with_covariance = false;
-  // Unit vector; nullopt: from people, cameras and the vertical axis of
-  // the tracks' format.
+  // Unit vector; nullopt: estimated from people, cameras and the vertical axis
+  // of the tracks' format.
   std::optional<Eigen::Vector3d> up;
   size_t max_bytes = 50000000;  // of the data; more is decimated
   std::optional<Eigen::Vector3d> stated_up = {};  // StatedUp
 };
 
-// The encoded data, and the parts left out to keep it small.
+// The encoded data, and what was left out to keep it small.
 struct PageData {
   std::string json;       // safe inside a <script> element
   size_t frames = 0;      // on the page's clock
@@ -79,11 +80,11 @@ struct PageData {
   int frame_stride = 1;   // 2: every second frame is kept
   int extras_stride = 1;  // the same for detections, weights and covariances
   size_t moments = 0;
-  // Part of `json` that was requested beyond the poses [bytes].
+  // Sizes of the parts of `json` other than the poses [bytes].
   size_t detection_bytes = 0;  // with matches, weights and residuals
   size_t covariance_bytes = 0;
   size_t picture_bytes = 0;
-  std::vector<std::string> notes;  // on parts that were left out
+  std::vector<std::string> notes;  // about parts that were left out
 };
 
 // Throws InputError if there is no frame to show, or if the doctor's file is

@@ -12,7 +12,7 @@ namespace {
 
 // People and detections with fewer common joints are not compared.
 constexpr int kMinSharedJoints = 3;
-// Without matches: a detection farther away than this share of the image's
+// Without matches, a detection farther away than this fraction of the image
 // diagonal belongs to another person.
 constexpr double kGateShare = 0.05;
 constexpr double kGateUnknownSizePx = 50.0;
@@ -148,7 +148,7 @@ Colours::Colours(const TrackSequence& tracks, const TrackSequence* lead,
 
 std::map<TrackId, std::map<TrackId, int>> Colours::Votes(
     const TrackSequence& tracks, const TrackSequence& lead) {
-  constexpr double kGateM = 0.5;  // two people are hardly ever nearer
+  constexpr double kGateM = 0.5;  // two people are rarely closer together
   std::map<TrackId, std::map<TrackId, int>> votes;
   for (const TrackFrame& frame : tracks.frames) {
     const TrackFrame* at = FindFrame(lead, frame.frame);

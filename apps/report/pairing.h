@@ -1,5 +1,5 @@
-// Correspondences on the page: the detections of a result's people and their
-// residuals, and the colours of people in several results.
+// Determines the detections that belong to a result's people, their residuals,
+// and the colours of people across several results.
 #ifndef KINEGRAPH_APPS_REPORT_PAIRING_H_
 #define KINEGRAPH_APPS_REPORT_PAIRING_H_
 
@@ -13,14 +13,14 @@
 
 namespace kinegraph {
 
-// One person in one view.
+// The detection of one person in one view.
 struct ViewPair {
   int detection = -1;                 // position in the view's list; -1: none
   std::optional<double> residual_px;  // mean over the joints with a weight
 };
 
-// Pairs the people of a frame with its detections: by the tracks' own matches
-// if they have them, else with the nearest by mean pixel distance.
+// Pairs the people of a frame with its detections: by the matches in the tracks
+// if there are any, else with the nearest detection by mean pixel distance.
 class DetectionPairing {
  public:
   // `cameras` are in the order of the detections' views.
@@ -30,7 +30,8 @@ class DetectionPairing {
   // [person][view].
   std::vector<std::vector<ViewPair>> Pair(const TrackFrame& tracks,
                                           const DetectionFrame& seen) const;
-  // The page's view for a view of the tracks; -1: the detections lack it.
+  // The page's index of a view of the tracks; -1: the detections lack this
+  // view.
   int ViewOf(int track_view) const { return view_of_track_view_[track_view]; }
 
  private:
@@ -45,8 +46,9 @@ class DetectionPairing {
   std::vector<int> view_of_track_view_;
 };
 
-// Colours by identity: 0, 1, 2 in order of first appearance; an identity of a
-// later result takes the colour of the one that it is most often nearest to.
+// Colours by identity: 0, 1, 2 in order of first appearance. An identity of a
+// later result gets the colour of the first result's identity to which it is
+// most often nearest.
 class Colours {
  public:
   // `lead` is null for the first result.

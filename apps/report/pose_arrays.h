@@ -1,4 +1,4 @@
-// The poses of one result as encoded in the page: arrays of small integers.
+// Encodes the poses of one result for the page as arrays of small integers.
 #ifndef KINEGRAPH_APPS_REPORT_POSE_ARRAYS_H_
 #define KINEGRAPH_APPS_REPORT_POSE_ARRAYS_H_
 
@@ -19,18 +19,18 @@ class PoseArrays {
 
   size_t count() const { return frame_.size(); }
 
-  // A pose: its frame on the page's clock, and its person's index among the
-  // ids.
+  // Adds a pose. `frame` is an index on the page's clock, `person_idx` an index
+  // into the ids.
   void Add(const PersonPose& person, uint32_t frame, uint16_t person_idx);
-  // Data of the last pose added. A negative difference: none.
+  // Add data to the last pose. A negative difference means none.
   void AddResiduals(const std::vector<ViewPair>& pairs);
   void AddDifference(double difference_m);
-  // "Extras", only for frames on the extras' stride.
+  // Add extras to the last pose, only in every extras_stride-th frame.
   void AddMatches(const PersonPose& person, const std::vector<ViewPair>& pairs,
                   const DetectionPairing& pairing);
   void AddCovariances(const PersonPose& person);
 
-  // Poses and the existing extras, whose bytes are counted in `data`.
+  // Write the poses, and all other data, whose sizes are added to `data`.
   void PosesTo(Json* json) const;
   void DetailsTo(Json* json, PageData* data) const;
 

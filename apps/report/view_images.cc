@@ -28,8 +28,8 @@ int64_t ExtractFirst(std::string* path) {
   if (digits > 1 || number.size() - digits > 15 ||
       number.find_first_not_of("0123456789", digits) != std::string::npos) {
     throw InputError("--images: found '" + Printable(*path) +
-                     "', expected the number of the video's first picture "
-                     "behind @");
+                     "', expected the frame number of the video's first "
+                     "image after @");
   }
   path->resize(at);
   return std::stoll(number);
@@ -74,8 +74,7 @@ ViewImages::Video ReadVideo(std::string path, const PageInput& input) {
         path, "",
         "has the frames " + std::to_string(video.shown.first_frame) + ".." +
             std::to_string(last) + ", expected frame " + std::to_string(first) +
-            " among them (--images=VIEW=VIDEO@N: its first picture is frame "
-            "N)");
+            " among them (--images=VIEW=VIDEO@N: its first image is frame N)");
   }
   return video;
 }
@@ -96,8 +95,8 @@ bool IsForeignVideo(const std::string& path) {
 void CheckPattern(const std::string& pattern, int64_t first) {
   if (IsForeignVideo(pattern)) {
     throw InputError(pattern, "",
-                     "is a video that browsers do not play; make one that they "
-                     "do: ffmpeg -i IN -pix_fmt yuv420p OUT.mp4");
+                     "is a video that browsers do not play; convert it: ffmpeg "
+                     "-i IN -pix_fmt yuv420p OUT.mp4");
   }
   const std::string picture = PicturePath(pattern, first);
   if (!IsFile(picture)) {
@@ -186,8 +185,8 @@ size_t AddVideos(const ViewImages& images, const std::string& page_path,
     } catch (const InputError&) {
       if (!IsFile(path)) throw;
       throw InputError(path, "",
-                       "does not fit into the page (--embed_megabytes); leave "
-                       "the flag out, or make it smaller: ffmpeg -i IN -vf "
+                       "does not fit into the page (--embed_megabytes); omit "
+                       "the flag, or make the video smaller: ffmpeg -i IN -vf "
                        "scale=480:-2 -crf 30 OUT.mp4");
     }
     bytes += (shown.bytes.size() + 2) / 3 * 4;

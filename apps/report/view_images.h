@@ -1,5 +1,5 @@
-// The files of --images: images, one file per frame, or a video, behind the
-// panel of each view. Linked from the page or embedded in it.
+// The files of --images, which are shown behind the panel of each view: images,
+// one file per frame, or a video. They are linked from the page or embedded.
 #ifndef KINEGRAPH_APPS_REPORT_VIEW_IMAGES_H_
 #define KINEGRAPH_APPS_REPORT_VIEW_IMAGES_H_
 
@@ -14,30 +14,31 @@
 
 namespace kinegraph {
 
-// One entry per view, in the order of the detections'.
+// One entry per view, in the order of the detections' views.
 struct ViewImages {
-  std::vector<std::string> patterns;  // of images; empty: none
+  std::vector<std::string> patterns;  // paths of images; empty: none
   struct Video {
     std::string path;
-    PageVideo shown;  // without a source yet
+    PageVideo shown;  // `source` and `bytes` are not set yet
   };
   std::vector<std::optional<Video>> videos;
 
   bool has_patterns() const;
 };
 
-// Reads "VIEW=PATTERN;VIEW=VIDEO;VIEW=VIDEO@FIRST" as in --images, where FIRST
-// is the number of the video's first image (0). If a video's container does not
-// list its images, the rate of the first result is assumed. Throws InputError
-// for an unknown view, or if pattern or video lack the first frame.
+// Reads the value of --images, "VIEW=PATTERN;VIEW=VIDEO;VIEW=VIDEO@FIRST",
+// where FIRST (default 0) is the frame number of the video's first image. If
+// the container of a video does not list its images, the frame rate of the
+// first result is assumed. Throws InputError for an unknown view, or if a
+// pattern or video lacks the first frame.
 ViewImages ReadViewImages(const std::string& images, const PageInput& input);
 
 // Number of frames of the first result outside the video.
 size_t FramesWithout(const ViewImages::Video& video, const PageInput& input);
 
 // Links the videos from the page at `page_path`, or embeds them if they fit
-// into `max_bytes` of text (0: link). Returns the bytes used. Throws InputError
-// that explains how to reduce their size.
+// into `max_bytes` of text (0: link). Returns the bytes used. If they do not
+// fit, throws an InputError that explains how to reduce their size.
 size_t AddVideos(const ViewImages& images, const std::string& page_path,
                  size_t max_bytes, PageInput* input);
 
@@ -47,7 +48,7 @@ std::string PicturePath(const std::string& pattern, int64_t frame);
 
 // Embedded images.
 struct EmbeddedPictures {
-  int stride = 1;  // 2: those of every second frame
+  int stride = 1;  // 2: images of every second frame
   size_t count = 0;
   size_t bytes = 0;  // of text in the page
 };

@@ -30,9 +30,10 @@ Dataset Shelf(const std::string& name, const std::string& note,
           ShelfProtocol()};
 }
 
-// As in the authors' runs: three frames before the first scored one.
+// The authors' runs begin three frames before the first scored one; here the
+// first frame is repeated instead.
 constexpr const char* kWarmUp = "input.repeat_first_frame=3";
-// As the authors: zeros are positions, and the recording is warmed up.
+// Like the authors, treats zeros as positions; repeats the first frame.
 constexpr const char* kFilledSet =
     "detections.zero_confidence=position;input.repeat_first_frame=3";
 // configs/offline.toml, as overrides of the configuration for Campus.
@@ -93,8 +94,8 @@ BenchmarkRecording RecordingOf(Dataset dataset, std::vector<Method> methods) {
   return {std::move(dataset), std::move(methods)};
 }
 
-// Results of other programs on Shelf, as published or from our own runs of
-// them.
+// Results of other programs on Shelf, as published or obtained by running these
+// programs.
 std::vector<ResultFile> ShelfResults() {
   const std::string filled = ShelfFilled().name;
   const std::string of_joints =
@@ -111,9 +112,9 @@ std::vector<ResultFile> ShelfResults() {
        of_joints + "eyes not estimated", ""},
       {"4D association, run here on Linux",
        "shelf/peers/4da_linux_O3_SKEL19.json", kFromReal,
-       of_joints + "eyes are its nose", ""},
+       of_joints + "its nose serves as eyes", ""},
       {"Pose2Sim, multi-person", "shelf/peers/p2s_multi.json", ShelfReal().name,
-       "13 joints: ears are its nose, so the conversions that use ears "
+       "13 joints; its nose serves as ears, so head conversions that use ears "
        "(voxelpose, 4d) misjudge it",
        ""}};
 }
@@ -149,9 +150,9 @@ Benchmark DevelopersShelf() {
   for (const size_t row : {2, 3}) {
     shelf.own_rules.push_back(
         {shelf.results[row], "shelf/raw/gt.txt", FourDAssociationProtocol(),
-         "one-to-one by 14 joints and the middle of the hips, its own head, "
-         "strictly less than half the length, unmatched actors skipped, stored "
-         "zeros as they are"});
+         "people matched one-to-one by 14 joints and the middle of the hips, "
+         "its own head conversion, errors strictly less than half the length, "
+         "unmatched actors skipped, stored zeros counted as positions"});
   }
   shelf.single_person = ShelfSinglePersonResults();
   return shelf;
@@ -168,7 +169,7 @@ Benchmark DevelopersCampus() {
   campus.results = {{"Chen et al., their published tracks",
                      "campus/result_3d.json",
                      "Chen et al.'s own detections, which are not public",
-                     "its head conversion was tuned on this set", ""}};
+                     "their head conversion was tuned on this set", ""}};
   return campus;
 }
 
@@ -186,7 +187,7 @@ std::optional<std::string> FirstOf(const std::string& root,
   return std::nullopt;
 }
 
-// The location of a calibration: a file by itself, or the folder of P0.txt.
+// The path of a calibration: a single file, or the folder with P0.txt.
 std::optional<std::string> FindCalibration(const std::string& root,
                                            const std::string& folder) {
   for (const char* name : {"", "Calibration", "calibration"}) {
@@ -208,9 +209,9 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
   const auto cameras = FindCalibration(root, *folder);
   if (!cameras) {
     throw InputError(root + "/" + *folder, "",
-                     "no calibration: expected P0.txt, P1.txt, ... there or in "
-                     "Calibration/, or calibration.json, cameras.json or "
-                     "Calib.toml");
+                     "no calibration: expected P0.txt, P1.txt, ... in this "
+                     "folder or in Calibration/, or calibration.json, "
+                     "cameras.json or Calib.toml");
   }
   const auto detections = FirstOf(
       root, *folder, {"detections", "detections.jsonl", "detections.json"});
@@ -221,11 +222,11 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
                      "(docs/official_data.md)");
   }
   const bool shelf = set == BenchmarkSet::kShelf;
-  // From three frames before the first scored one, as the authors run it.
+  // Like the authors' runs, begins three frames before the first scored one.
   const FrameRange frames = shelf ? FrameRange{297, 601} : FrameRange{347, 751};
   Dataset dataset = {
       shelf ? "Shelf" : "Campus",
-      "yours, in " + *detections + "; what made them is yours to say",
+      "your own, in " + *detections + ", from a detector unknown to kinegraph",
       *cameras,
       *detections,
       *truth,
@@ -234,8 +235,8 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
       {frames},
       shelf ? ShelfProtocol() : CampusProtocol()};
   std::vector<Method> methods = shelf ? ShelfMethods() : CampusMethods();
-  // The official data have the frames before the first scored one, so methods
-  // that repeat the first frame are left out or do not repeat it.
+  // The official data contain the frames before the first scored one, so the
+  // first frame is not repeated: such methods are left out or changed.
   const auto is_warmed = [](const Method& method) {
     return method.name == "paper mode, text, warmed up";
   };
@@ -262,28 +263,28 @@ const std::vector<std::string>& ActorColumns() {
 Dataset ShelfFilled() {
   return Shelf(
       "filled",
-      "OpenPose with missing joints filled in (confidence 0), as fed to "
-      "the authors' code; warmed up with three frames",
+      "OpenPose with missing joints filled in (confidence 0), the input of the "
+      "authors' code; the first frame is repeated three times",
       "shelf/reference/filled_coco17", "paper/shelf_authors_code.toml",
       "input.repeat_first_frame=3");
 }
 
 Dataset ShelfReal() {
-  return Shelf("real", "OpenPose as it is, frames 300..600 only",
+  return Shelf("real", "unchanged output of OpenPose, frames 300..600 only",
                "shelf/detections/openpose", "paper/shelf.toml", "");
 }
 
 Dataset CampusModelled(const std::string& level) {
-  return {
-      "Campus, modelled " + level,
-      "modelled noise (" + level + ") on the annotation, no detector's output",
-      "campus/calibration.json",
-      "campus/detections_modelled/" + level,
-      "campus/annotation_3d.json",
-      "paper/campus.toml",
-      "",
-      {},
-      CampusProtocol()};
+  return {"Campus, modelled " + level,
+          "the annotation with modelled noise (" + level +
+              "), not a detector's output",
+          "campus/calibration.json",
+          "campus/detections_modelled/" + level,
+          "campus/annotation_3d.json",
+          "paper/campus.toml",
+          "",
+          {},
+          CampusProtocol()};
 }
 
 LoadedDataset LoadDataset(const Dataset& dataset,
@@ -336,11 +337,12 @@ BenchmarkData FindBenchmarks(const std::string& folder,
     data.benchmarks.push_back(*std::move(campus));
   }
   if (data.benchmarks.empty()) {
-    throw InputError(folder, "",
-                     "neither the developers' data (shelf/tum/actorsGT.mat, "
-                     "campus/annotation_3d.json) nor official downloads "
-                     "(shelf/actorsGT.mat, campus/actorsGT.mat; "
-                     "docs/official_data.md)");
+    throw InputError(
+        folder, "",
+        "contains neither the developers' data (shelf/tum/actorsGT.mat, "
+        "campus/annotation_3d.json) nor official downloads "
+        "(shelf/actorsGT.mat, campus/actorsGT.mat; "
+        "docs/official_data.md)");
   }
   return data;
 }
@@ -413,10 +415,10 @@ PublishedTable PublishedShelfParts() {
 
 PublishedTable PublishedRuntime() {
   return {
-      "table of runtimes of Chu et al. (2021), Shelf, ms a frame; the others' "
-      "as they quote them. Their own text gives 2 ms for the association where "
-      "the table has 1; for Campus it gives 1, 5 and 0.5 ms (association, "
-      "reconstruction, initialisation)",
+      "table of runtimes of Chu et al. (2021), Shelf, ms per frame, including "
+      "the figures that they quote from others. Their text gives 2 ms for the "
+      "association where the table has 1; for Campus it gives 1, 5 and 0.5 ms "
+      "(association, reconstruction, initialisation)",
       {"affinity", "association", "reconstruction", "initialisation", "fps"},
       {{"Bridgeman et al.", {"-", "-", "-", "-", "110"}},
        {"Dong et al.", {"25", "20", "60", "-", "9.5"}},
@@ -430,11 +432,11 @@ PublishedTable PublishedAblation() {
   return {
       "sentences of section 4.4 of Chu et al. (2021): the figure itself is not "
       "in the paper's source",
-      {"what changes", "PCP, %"},
-      {{"part-aware for body-aware, Campus", {"headline", "about +2.1"}},
+      {"measure", "PCP, %"},
+      {{"part-aware instead of body-aware, Campus", {"headline", "about +2.1"}},
        {"joints filter added", {"lower arms", "+0.5 to +1.0"}},
        {"joints filter added to †Chen et al.", {"headline", "97.28 to 97.43"}},
-       {"any of them", {"torso", "100 in every method"}}}};
+       {"any of these changes", {"torso", "100 in every method"}}}};
 }
 
 }  // namespace kinegraph

@@ -1,6 +1,6 @@
-// The data of the tables, by location below the data folder: recordings,
-// methods to track them, results of other programs; and the printed tables of
-// Chu et al. (2021).
+// The data for the tables: recordings, methods to track them and results of
+// other programs, all by their paths below the data folder; and the printed
+// tables of Chu et al. (2021).
 #ifndef KINEGRAPH_APPS_TABLES_DATASET_H_
 #define KINEGRAPH_APPS_TABLES_DATASET_H_
 
@@ -48,7 +48,7 @@ struct LoadedDataset {
 LoadedDataset LoadDataset(const Dataset& dataset,
                           const std::string& data_folder);
 
-// The recording tracked.
+// Tracks the recording.
 TrackSequence TracksOf(const LoadedDataset& loaded, const RunOptions& options);
 inline TrackSequence TracksOf(const LoadedDataset& loaded) {
   return TracksOf(loaded, loaded.options);
@@ -78,7 +78,7 @@ struct ResultFile {
   std::string path;  // below the data folder
   std::string detections_note;
   std::string remark;  // remark on its scores
-  // Name of the recording it was made from, if it is one of ours.
+  // Name of the recording from which it was made, if that is tracked here.
   std::string same_recording;
 };
 
@@ -110,12 +110,12 @@ struct BenchmarkData {
   std::vector<Benchmark> benchmarks;
 };
 
-// The contents of `folder`: either the developers' layout (shelf/, campus/ with
-// their READMEs) or official downloads (docs/official_data.md). Throws
-// InputError listing the expected files if it is neither.
+// Finds the benchmarks in `folder`: either the developers' layout (shelf/ and
+// campus/ with their READMEs) or official downloads (docs/official_data.md).
+// Throws InputError listing the expected files if it is neither.
 BenchmarkData FindBenchmarks(const std::string& folder, const std::string& set);
 
-// The recording as a method tracks it.
+// Reads the recording with the configuration of a method.
 LoadedDataset LoadDataset(const BenchmarkData& data,
                           const BenchmarkRecording& recording,
                           const Method& method);

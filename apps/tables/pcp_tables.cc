@@ -37,7 +37,7 @@ TrackedRow ReadResult(const ResultFile& result, const std::string& data_folder,
   return row;
 }
 
-// A file with other frames would otherwise only appear as a bad score.
+// Detections with other frame numbers would otherwise only cause a bad score.
 void RequireScoredFrames(const LoadedDataset& loaded) {
   const Dataset& dataset = loaded.dataset;
   for (const DetectionFrame& frame : loaded.detections.frames) {
@@ -86,8 +86,8 @@ std::vector<HeadConversion> HeadConversionsOf(const Benchmark& benchmark) {
 struct Score {
   PcpResult pcp;
   Interval mean;  // of the mean of actors
-  // Difference to the first method on the same detections; none for that method
-  // itself and for results on other detections.
+  // Difference from the first method on the same detections; nullopt for that
+  // method itself and for results on other detections.
   std::optional<PcpDifference> difference;
 
   std::string MeanCell() const {
@@ -161,7 +161,7 @@ std::string CountsTable(const std::vector<ScoredRow>& rows, HeadConversion head,
   const std::vector<int64_t>& actors =
       rows.front().scores.front().pcp.protocol.headline_actors;
   Table table(RowOf("method", "detections", CellsOf(actors, ActorName),
-                    "mean of actors", "against (base)", "source"));
+                    "mean of actors", "difference from (base)", "source"));
   if (published != nullptr) {
     for (const PublishedRow& row : published->rows) {
       table.AddRow(RowOf(row.method, "their own", row.cells, "-", kPrinted));
@@ -195,7 +195,7 @@ std::string ConversionsTable(const std::vector<ScoredRow>& rows,
   return table.ToString(TableStyle::kMarkdown);
 }
 
-// The losses of one actor in one row.
+// The lost parts of one actor in one row.
 struct Loss {
   int64_t parts = 0;
   std::map<PcpGroup, int64_t> by_group;
@@ -229,9 +229,9 @@ std::string LossTable(const std::vector<ScoredRow>& rows, HeadConversion head) {
     reasons.emplace_back(ToString(static_cast<LossReason>(i)));
   }
   Table table(RowOf(
-      "method", "detections", "actor", "lost",
+      "method", "detections", "actor", "parts lost",
       CellsOf(kLossGroups, [](PcpGroup group) { return ToString(group); }),
-      reasons, "in frames"));
+      reasons, "frames"));
   for (const ScoredRow& row : rows) {
     for (auto& [actor, loss] :
          LossesOf(row.Find(head, EndpointRule::kMean).pcp)) {
@@ -274,11 +274,11 @@ std::string ActorDetails(const std::string& title,
                  CountsTable(rows, head, rule, nullptr) + "\n";
     }
   }
-  return details + "What each actor lost and where (head `" +
+  return details + "Lost parts of each actor, with reasons and frames (head `" +
          ToString(heads.front()) +
          "`, mean rule). `nobody`: no pose in the frame; `elsewhere`: the "
-         "nearest pose is more than 0.5 m off; `no joint`: an end is missing; "
-         "`too far`: it is there but beyond half the part's length.\n\n" +
+         "nearest pose is more than 0.5 m away; `no joint`: an end is missing; "
+         "`too far`: the error exceeds half the part's length.\n\n" +
          LossTable(rows, heads.front()) + "\n";
 }
 
@@ -324,7 +324,7 @@ Json ScoreJson(const ScoredRow& row, const Score& score) {
 
 // ---- Smaller tables
 
-// Actor 0 only: results of single-person tools on their input.
+// Results of single-person tools for actor 0, and of the methods run here.
 TableOutput SinglePersonTable(const TrackedBenchmark& tracked,
                               const PcpProtocol& protocol) {
   Table table({"method", "mean rule", "each", "detections", "source"});
@@ -353,7 +353,7 @@ TableOutput SinglePersonTable(const TrackedBenchmark& tracked,
   return output;
 }
 
-// Results under the rules of their own programs.
+// Results under the rules of the programs that made them.
 TableOutput OwnRulesTable(const TrackedBenchmark& tracked) {
   Table table(
       {"method", "actor 0", "actor 1", "actor 2", "mean of actors", "source"});
@@ -380,7 +380,7 @@ TableOutput OwnRulesTable(const TrackedBenchmark& tracked) {
     json["mean_interval"] = ToJson(interval);
     output.json.push_back(std::move(json));
   }
-  output.markdown = "Under the rules of its own program (" +
+  output.markdown = "Under the rules of the program that made the result (" +
                     tracked.benchmark.own_rules.front().rules + "):\n\n" +
                     table.ToString(TableStyle::kMarkdown) + "\n";
   return output;
@@ -484,19 +484,19 @@ TableOutput ActorTable(const std::string& title,
   const std::string head = ToString(heads.front());
   TableOutput output;
   std::string& text = output.markdown;
-  text = "## " + title + "\n\nPrinted rows: " + published.caption +
-         ". The paper's Actor1 is actor 0. Measured rows: PCP in % (right/all "
-         "parts), 95 % intervals from moving blocks of 25 frames within an "
-         "actor; `against (base)`: paired on the same frames with the first "
-         "method on the same detections.\n\n" +
-         Notes(rows) + "\nHead conversion `" + head +
-         "` (the paper's code), mean of both ends:\n\n" +
-         CountsTable(rows, heads.front(), EndpointRule::kMean, &published) +
-         "\n";
+  text =
+      "## " + title + "\n\nPrinted rows: " + published.caption +
+      ". The paper's Actor1 is actor 0. Measured rows: PCP in % (correct/all "
+      "parts), 95 % intervals from moving blocks of 25 frames within an "
+      "actor; `difference from (base)`: from the first method on the same "
+      "detections, paired on the same frames.\n\n" +
+      Notes(rows) + "\nHead conversion `" + head +
+      "` (the paper's code), mean of both ends:\n\n" +
+      CountsTable(rows, heads.front(), EndpointRule::kMean, &published) + "\n";
   for (const EndpointRule rule : kEndpointRules) {
     text += "Mean of actors under every head conversion, " +
             std::string(rule == EndpointRule::kMean ? "mean of both ends"
-                                                    : "each end within") +
+                                                    : "each end separately") +
             ":\n\n" + ConversionsTable(rows, heads, rule) + "\n";
   }
   output.details = ActorDetails(title, rows, heads);
@@ -516,9 +516,9 @@ TableOutput ActorTable(const std::string& title,
   }
   if (!tracked.single_person.empty()) {
     TableOutput single = SinglePersonTable(tracked, protocol);
-    text += "Single-person tools, actor 0 alone (`" + head +
-            "`; their input was chosen with a given track, ours was "
-            "associated):\n\n" +
+    text += "Single-person tools, actor 0 only (head `" + head +
+            "`; their input was selected with a given track, that of the other "
+            "rows was associated):\n\n" +
             single.markdown + "\n";
     output.json["single_person"] = std::move(single.json);
   }
@@ -529,7 +529,7 @@ TableOutput PartsTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,
                        const PcpProtocol& protocol) {
-  // The printed order of body parts, then those that the paper does not print.
+  // Body parts in the printed order, then those that the paper does not print.
   constexpr PcpGroup kGroups[] = {PcpGroup::kUpperArms, PcpGroup::kLowerArms,
                                   PcpGroup::kUpperLegs, PcpGroup::kLowerLegs,
                                   PcpGroup::kTorso,     PcpGroup::kHead};
@@ -538,8 +538,8 @@ TableOutput PartsTable(const std::string& title,
             CellsOf(kGroups, [](PcpGroup group) { return ToString(group); }),
             "source"));
   for (const PublishedRow& row : published.rows) {
-    table.AddRow(RowOf(row.method, "their own", "not said", row.cells, "-", "-",
-                       kPrinted));
+    table.AddRow(RowOf(row.method, "their own", "not specified", row.cells, "-",
+                       "-", kPrinted));
   }
   TableOutput output;
   output.json["printed"] = PrintedTable(published).json;
@@ -570,7 +570,7 @@ TableOutput PartsTable(const std::string& title,
   output.markdown =
       "### " + title + "\n\nPrinted rows: " + published.caption +
       ". Mean rule, head `" + ToString(protocol.head) +
-      "` (limbs do not depend on it); `each` is in the JSON.\n\n" +
+      "` (limbs do not depend on it); the rule `each` is in the JSON.\n\n" +
       table.ToString(TableStyle::kMarkdown) + "\n";
   return output;
 }

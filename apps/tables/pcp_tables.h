@@ -1,5 +1,5 @@
-// The paper's tables of PCP beside our measurements: all tracks of a benchmark,
-// made or read once and scored under every protocol.
+// The paper's tables of PCP beside new measurements: all tracks of a benchmark
+// are made or read once and scored under every protocol.
 #ifndef KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 #define KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 
@@ -15,7 +15,7 @@
 
 namespace kinegraph {
 
-// A part of the report, in two forms.
+// A part of the report, as Markdown and JSON.
 struct TableOutput {
   std::string markdown;
   std::string details;  // Markdown for a separate page; may be empty
@@ -37,7 +37,7 @@ struct TrackedRow {
 struct TrackedBenchmark {
   Benchmark benchmark;
   TrackSequence truth;
-  // Ours, recording by recording, then results of others.
+  // Tracks made here, by recording, then the results of others.
   std::vector<TrackedRow> rows;
   std::vector<TrackedRow> single_person;  // results of actor 0 only
   std::vector<PcpResult> own_rules;       // of benchmark.own_rules
@@ -48,7 +48,7 @@ TrackedBenchmark TrackBenchmark(const BenchmarkData& data,
                                 const Benchmark& benchmark, Progress* progress);
 int64_t RowCount(const Benchmark& benchmark);
 
-// Difference between two means of actors [% PCP], paired on the same frames.
+// Difference between two means over actors [% PCP], paired on the same frames.
 struct PcpDifference {
   double value = 0.0;
   Interval interval;
@@ -80,8 +80,8 @@ TableOutput PartsTable(const std::string& title,
 // The printed table alone, as Markdown and JSON.
 TableOutput PrintedTable(const PublishedTable& published);
 
-// "300-302, 410": ascending numbers, consecutive ones merged; after `max_runs`
-// the rest is only counted.
+// "300-302, 410" for ascending numbers: consecutive numbers form a run; after
+// `max_runs` runs the remaining numbers are only counted.
 std::string FrameRuns(const std::vector<int64_t>& frames, size_t max_runs);
 
 }  // namespace kinegraph

@@ -44,10 +44,10 @@ std::string NameOf(const AblationCell& cell) {
 std::string AblationMarkdown(const Dataset& dataset,
                              const std::vector<AblationCell>& cells) {
   const std::vector<int64_t> actors = cells.front().pcp.HeadlineActors();
-  Table table(RowOf("front end", CellsOf(actors, ActorName), "mean",
-                    "95 % interval", "lower arms", "torso",
-                    "against the baseline", "95 % interval of the difference",
-                    "identities", "switches"));
+  Table table(
+      RowOf("front end", CellsOf(actors, ActorName), "mean", "95 % interval",
+            "lower arms", "torso", "difference from the baseline",
+            "95 % interval of the difference", "identities", "switches"));
   for (const AblationCell& cell : cells) {
     const PcpResult& pcp = cell.pcp;
     const auto count = [&](int64_t actor) {
@@ -69,7 +69,7 @@ std::string AblationMarkdown(const Dataset& dataset,
   return "### " + dataset.name + "\n\nDetections: " + dataset.detections_note +
          ". Configuration: `configs/" + dataset.config +
          "`. PCP in %, head conversion `" + ToString(dataset.protocol.head) +
-         "`, mean rule, counts beside.\n\n" +
+         "`, mean rule, with counts.\n\n" +
          table.ToString(TableStyle::kMarkdown) + "\n";
 }
 
@@ -101,7 +101,7 @@ Json AblationJson(const Dataset& dataset,
   return out;
 }
 
-// A row for the headline and one for the lower arms, if the recording is
+// Adds a row for the headline and one for the lower arms if the recording is
 // tracked by the front end of Chen et al. with and without the joints filter.
 void AddFilterInChen(const BenchmarkData& data,
                      const BenchmarkRecording& recording, Table* table,
@@ -134,7 +134,7 @@ void AddFilterInChen(const BenchmarkData& data,
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr int kStepsPerOctave = 4;
-// Offset between the error bars of two recordings, against overlaps.
+// Offset between the error bars of two recordings, to avoid overlaps.
 constexpr double kBarShift = 0.012;
 
 Json SweepJson(const Sweep& sweep) {
@@ -163,7 +163,7 @@ Cells SweepCells(const Sweep& sweep) {
                           });
   const bool flat = least->mean_of_actors == greatest->mean_of_actors;
   // The values whose score differs significantly from that of the published
-  // one, with their differences.
+  // value, with the differences.
   std::string told;
   for (const SweptValue& value : values) {
     if (!value.difference.is_significant()) continue;
@@ -202,10 +202,10 @@ TableOutput SweepTable(const std::string& title,
   }
   output.markdown =
       "### " + title +
-      "\n\nEach parameter alone from half to twice its value, the others as "
-      "published; head `chu`, mean rule. A difference is significant if its "
-      "paired 95 % interval excludes 0; among so many values some are "
-      "significant by chance alone. No value was chosen by this.\n\n" +
+      "\n\nOne parameter at a time is varied from half to twice its published "
+      "value; head `chu`, mean rule. A difference is significant if its paired "
+      "95 % interval excludes 0; among so many values some are significant by "
+      "chance alone. No value was chosen from these results.\n\n" +
       notes + "\n" + table.ToString(TableStyle::kMarkdown) +
       "\n![PCP over each parameter](" + figure + ")\n\n";
   return output;
@@ -239,7 +239,7 @@ std::vector<TimedMethod> TimedMethods(const BenchmarkData& data) {
   return timed;
 }
 
-// Processor time of each, in the order of `StageTimes` and then of the whole.
+// What is timed: the stages in the order of StageTimes, then the whole.
 constexpr const char* kTimed[] = {"preparation",    "association",
                                   "reconstruction", "estimation",
                                   "initialisation", "whole"};
@@ -320,10 +320,11 @@ std::vector<Plot> AblationPlots(
   std::vector<Plot> panels;
   for (const PcpGroup group : {PcpGroup::kTotal, PcpGroup::kLowerArms}) {
     Plot& panel = panels.emplace_back();
-    panel.title = group == PcpGroup::kTotal
-                      ? "PCP, mean of actors, against body-aware, no filter"
-                      : "Lower arms";
-    panel.y.label = "difference [points of PCP]";
+    panel.title =
+        group == PcpGroup::kTotal
+            ? "PCP, mean of actors: difference from body-aware, no filter"
+            : "Lower arms";
+    panel.y.label = "difference [percentage points of PCP]";
     panel.legend = PlotLegend::kBelow;
     for (size_t r = 0; r < recordings.size(); ++r) {
       const std::vector<AblationCell>& cells = recordings[r].cells;
@@ -348,16 +349,16 @@ TableOutput AblationTable(const BenchmarkData& data, const std::string& out) {
   output.markdown =
       "## Ablation\n\nPrinted: " + published.caption + ".\n\n" +
       output.markdown +
-      "\nTheir detections (HRNet) are not public; those below are other "
-      "detections, so absolute figures are expected to differ. `against the "
-      "baseline`: paired on the same frames, moving blocks of 25 frames within "
-      "an actor.\n\n";
+      "\nTheir detections (HRNet) are not public; the detections below are "
+      "others, so absolute figures are expected to differ. Differences from "
+      "the baseline are paired on the same frames; intervals use moving blocks "
+      "of 25 frames within an actor.\n\n";
   output.json = {{"printed", std::move(output.json)}};
   const std::string figure = "images/ablation.svg";
   const OutputFolder images(out + "/images");
   Progress progress("ablation", RecordingCount(data));
   std::vector<AblatedRecording> ablated;
-  Table in_chen({"detections", "part", "without", "with the filter",
+  Table in_chen({"detections", "part", "without filter", "with filter",
                  "difference, paired"});
   Json in_chen_json;
   for (const Benchmark& benchmark : data.benchmarks) {
@@ -374,7 +375,7 @@ TableOutput AblationTable(const BenchmarkData& data, const std::string& out) {
   }
   WritePlot(AblationPlots(ablated), out + "/" + figure, {1350, 520, 2});
   output.markdown +=
-      "![What each ingredient adds to the baseline](" + figure + ")\n\n";
+      "![Gain of each component over the baseline](" + figure + ")\n\n";
   if (!in_chen_json.empty()) {
     output.markdown +=
         "### The joints filter in the front end of Chen et al.\n\n"
@@ -454,7 +455,7 @@ std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps) {
   for (const SweptParameter& parameter : SweptParameters()) {
     Plot& panel = panels.emplace_back();
     panel.title = parameter.name;
-    panel.x.label = parameter.name + ", times its published value";
+    panel.x.label = parameter.name + " / published value";
     panel.x.low = 0.45;
     panel.x.high = 2.1;
     panel.y.label = "PCP, mean of actors [%]";
@@ -511,10 +512,10 @@ TableOutput SensitivityTable(const BenchmarkData& data,
 }
 
 TableOutput RuntimeTable(const BenchmarkData& data) {
-  Table table({"measured, ms a frame", "detections", "preparation",
+  Table table({"measured, ms per frame", "detections", "preparation",
                "affinity and association", "reconstruction", "initialisation",
-               "fps of these three", "estimation", "whole",
-               "fps of the whole"});
+               "fps of the paper's stages", "estimation", "total",
+               "fps, total"});
   const PublishedTable published = PublishedRuntime();
   TableOutput output = PrintedTable(published);
   output.json = {{"printed", std::move(output.json)},
@@ -552,10 +553,11 @@ TableOutput RuntimeTable(const BenchmarkData& data) {
       "median of up to " +
       std::to_string(kRepetitions) +
       " runs over the recording. Languages, machines and detections differ, so "
-      "only orders of magnitude compare. `preparation`: joint sets, lens; "
-      "`estimation`: the smoothing (paper mode) or the window's solver; the "
-      "batch solves when the recording has ended, so its solver is in `whole` "
-      "alone, as are second passes.\n\n" +
+      "only orders of magnitude are comparable. The paper's stages: affinity, "
+      "association, reconstruction and initialisation. `preparation`: joint "
+      "sets and undistortion; `estimation`: the smoothing (paper mode) or the "
+      "window's solver. The batch solves when the recording has ended, so its "
+      "solver is only in `total`, as are second passes.\n\n" +
       table.ToString(TableStyle::kMarkdown) + "\n";
   return output;
 }

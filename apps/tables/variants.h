@@ -1,6 +1,6 @@
-// Tables of the paper that track a recording repeatedly with changes: its
-// ablation, its parameters varied over a factor of four, and its runtimes by
-// stage.
+// Tables of the paper for which a recording is tracked repeatedly with changed
+// options: the ablation, the sensitivity to parameters varied over a factor of
+// four, and the runtimes by stage.
 #ifndef KINEGRAPH_APPS_TABLES_VARIANTS_H_
 #define KINEGRAPH_APPS_TABLES_VARIANTS_H_
 
@@ -23,12 +23,12 @@ struct AblationCell {
   bool joints_filter = false;
   PcpResult pcp;
   IdentityResult identity;   // of the scored frames
-  PcpDifference difference;  // to the baseline; zero for the baseline itself
+  PcpDifference difference;  // from the baseline; zero for the baseline
 };
 
 // The four combinations; the baseline (body-aware without filter) first, the
-// full method last. "Without" refers to the update's filter: initialisation
-// keeps its own.
+// full method last. The filter is that of the update; initialisation keeps
+// its own.
 std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
 
 // The paper's bars: the gain of each component over the baseline, with the
@@ -40,8 +40,9 @@ struct AblatedRecording {
 std::vector<Plot> AblationPlots(
     const std::vector<AblatedRecording>& recordings);
 
-// For all recordings, with its figure below the folder `out`; also with the
-// joints filter in the front end of Chen et al., as in the paper.
+// The ablation for all recordings, and the effect of the joints filter in the
+// front end of Chen et al., as in the paper. Writes a figure below the folder
+// `out`.
 TableOutput AblationTable(const BenchmarkData& data, const std::string& out);
 
 // ---- Sensitivity
@@ -50,10 +51,10 @@ TableOutput AblationTable(const BenchmarkData& data, const std::string& out);
 struct SweptParameter {
   std::string name;  // "alpha_epi"
   std::string unit;
-  // Its field, followed by others in the authors' code that the paper calls by
-  // the same name; they are scaled alike.
+  // Its field, followed by further parameters of the authors' code that the
+  // paper calls by the same name; these are scaled by the same factor.
   std::vector<double& (*)(TrackerOptions*)> places;
-  double largest;  // allowed for its key
+  double largest;  // largest value allowed for its key
 
   double ValueIn(TrackerOptions options) const {
     return places.front()(&options);
@@ -69,15 +70,15 @@ struct SweptParameter {
 // lambda_a.
 const std::vector<SweptParameter>& SweptParameters();
 
-// From half to twice `value` in equal logarithmic steps, `value` in the middle;
-// clipped at `largest`.
+// From half to twice `value` in equal logarithmic steps, with `value` in the
+// middle; clipped at `largest`.
 std::vector<double> SweepValues(double value, double largest);
 
 struct SweptValue {
   double value = 0.0;
   double mean_of_actors = 0.0;  // PCP, %
   Interval interval;
-  PcpDifference difference;  // to the paper's value
+  PcpDifference difference;  // from the result with the paper's value
 };
 
 struct Sweep {
@@ -93,15 +94,15 @@ Sweep RunSweep(const LoadedDataset& loaded, const SweptParameter& parameter);
 // One panel per parameter, one line per recording.
 std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps);
 
-// Every parameter on every recording with the recording's first method, its
-// figures below the folder `out`.
+// Varies every parameter of the first method of every recording. Writes figures
+// below the folder `out`.
 TableOutput SensitivityTable(const BenchmarkData& data, const std::string& out);
 
 // ---- Runtime
 
-// Every method of each benchmark's first two recordings, with and without the
-// joints filter in paper mode; detections in memory, one thread, processor
-// time.
+// Processor time of every method on each benchmark's first two recordings, in
+// paper mode with and without the joints filter; detections in memory, one
+// thread.
 TableOutput RuntimeTable(const BenchmarkData& data);
 
 }  // namespace kinegraph

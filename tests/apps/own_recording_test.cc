@@ -285,7 +285,7 @@ TEST_F(SmallRecording, InitEnablesRefinementWhereNeeded) {
   EXPECT_THAT(Done("report", Flags("take.html", "turned.json") + config +
                                  "--tracks='" + in + "/take.jsonl'")
                   .output,
-              HasSubstr("moved them: " + in + "/take.cameras.json"));
+              HasSubstr("changed by `track`: " + in + "/take.cameras.json"));
 }
 
 TEST_F(SmallRecording, TheExtensionChoosesTheFormat) {

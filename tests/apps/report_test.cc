@@ -110,7 +110,7 @@ TEST_F(ReportTest, BadInputGivesOneLineAndExitCodeTwo) {
        "needs --cameras"},
       {"--tracks=" + tracks_ + " --set=cameras.unit=m", "needs --config"},
       {"--tracks=" + tracks_ + " --frames_out=" + Path("x"),
-       "--frames_out was removed: the page draws"},
+       "--frames_out was removed: the page of"},
       {"--tracks=" + tracks_ + " --embed_megabytes=3", "needs --images"},
       {"--tracks=" + tracks_ + " --cameras=" + cameras_ +
            " --detections=" + detections_ + " --images=nobody=a%d.jpg",

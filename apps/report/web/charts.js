@@ -19,7 +19,7 @@ export function jointName(name) {
 
 const AXIS = 16;  // px under a plot, for times
 
-// Labels the first and last time, and a few round ones in between.
+// Labels the first and last time, and a few round times in between.
 function drawTimeAxis(pen, width, height) {
   const first = times[0], last = times[frameCount - 1], span = last - first;
   pen.fillStyle = dark() ? '#9aa6b5' : '#5b6675';
@@ -99,9 +99,9 @@ function lineChart(title, unit, height, seriesOf) {
     const all = [];
     series.forEach((one) => { for (const v of one.values) if (v === v) all.push(v); });
     all.sort((a, b) => a - b);
-    // A few outliers must not compress the rest: they are clipped.
+    // A few outliers must not compress the rest, so they are clipped.
     if (all.length) top = Math.min(all[all.length - 1], 2.5 * all[Math.floor(0.98 * (all.length - 1))]) * 1.05;
-    // Angles have a sign: their whole range is shown.
+    // Angles have a sign, so their whole range is shown.
     if (chart.fromZero === null && all.length) top = all[all.length - 1] + 2;
     const low = chart.fromZero === null && all.length ? all[0] - 2 : chart.fromZero === false && all.length ? Math.max(0, all[Math.floor(0.02 * (all.length - 1))] * 0.85) : 0;
     const y = (v) => height - 2 - Math.min(1, Math.max(0, (v - low) / (top - low || 1))) * (height - 6);
@@ -118,7 +118,7 @@ function lineChart(title, unit, height, seriesOf) {
   return chart;
 }
 
-// One value per pixel column: the largest of its frames.
+// Draws one value per pixel column: the largest of its frames.
 function drawSeries(pen, one, width, y) {
   if (one.low && !one.thin) drawBand(pen, one, width, y);
   pen.strokeStyle = one.colour();
@@ -142,7 +142,8 @@ function drawSeries(pen, one, width, y) {
   pen.globalAlpha = 1;
 }
 
-// Per pixel column, from the lowest to the highest end of its intervals.
+// Draws a band from the lowest to the highest end of the intervals in each pixel
+// column.
 function drawBand(pen, one, width, y) {
   pen.fillStyle = one.colour();
   pen.globalAlpha = 0.22;
@@ -159,7 +160,8 @@ function drawBand(pen, one, width, y) {
   pen.globalAlpha = 1;
 }
 
-// Colours of the first result; the other results use the same in thin lines.
+// Shows the colours of the first result; the other results have the same colours in
+// thin lines.
 function legend(chart, all) {
   const series = all.filter((one) => !one.thin);
   series.slice(0, 12).forEach((one) => {
@@ -256,7 +258,7 @@ function addChoice(chart, id, label, options, choose) {
   chart.head.append(select);
 }
 
-// One angle [degrees], with its interval if the page has covariances.
+// One angle [degrees], with its interval if the page contains covariances.
 function angleSeries(result, name) {
   const at = result.angles ? result.angles.names.indexOf(name) : -1;
   if (at < 0) return [];
@@ -287,7 +289,7 @@ function angleChart() {
   if (angles.some((one) => one.low)) chart.head.append(element('span', { className: 'key', textContent: 'bands: 95 % intervals' }));
 }
 
-// Name of the reference of the distances.
+// Name of the result to which distances are computed.
 export function referenceName() {
   return results.some((result) => result.truth) ? 'the truth' : results[1].label;
 }

@@ -20,11 +20,11 @@ export const times = decode(data.times, Float64Array);
 export const frameCount = frameNumbers.length;
 export const viewCount = data.detections ? data.cameras.length : 0;
 // Okabe and Ito's colours without yellow and black, which are invisible in one of
-// the themes, and the two that differ most from them for any colour vision.
+// the themes, and two others that differ most from these for any colour vision.
 export const PALETTE = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7', '#8833ff', '#774422'];
 
-// Lengths on the page are scaled to people's size: one metre is data.metre in the
-// world. Units for display:
+// Lengths on the page are scaled to the size of people: one metre on the page is
+// data.metre in the world. Units for display:
 const metre = data.metre;
 const told = (unit, perMetre) => ({ unit: unit, per: perMetre * metre });
 export const LENGTH = metre > 0.3 ? told('cm', 100) : metre > 0.003 ? told('mm', 1e3) : told('\u00b5m', 1e6);
@@ -102,7 +102,7 @@ export function element(tag, properties, children) {
   return node;
 }
 
-// Largest index whose entry is not above `value`; 0 if there is none.
+// The largest index whose entry is at most `value`; 0 if there is none.
 export function lowerBound(list, value) {
   let low = 0, high = list.length - 1;
   while (low < high) {

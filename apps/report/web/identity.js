@@ -25,7 +25,7 @@ function tellEdit(result, edit) {
   }
 }
 
-// Index on the page's clock of the frame where an edit begins; -1: none.
+// Index on the page's clock of the frame in which an edit begins; -1: none.
 function placeOf(edit) {
   if (!edit.frames) return -1;
   const number = edit.op === 'join' || edit.op === 'undecided' ? edit.frames[1] : edit.frames[0];
@@ -59,7 +59,7 @@ export function drawEdits(pen, width, shown, rowHeight) {
 }
 
 function lineOfCorrection(edit) {
-  // Identities may exceed the integers of JavaScript, so they stay texts.
+  // Identities may exceed JavaScript's integers, so they remain strings.
   const parts = ['"op": ' + JSON.stringify(edit.op), '"persons": [' + edit.persons.join(', ') + ']'];
   if (edit.frames) parts.push('"frames": [' + edit.frames.join(', ') + ']');
   if (edit.name) parts.push('"name": ' + JSON.stringify(edit.name));
@@ -81,7 +81,7 @@ function listEdits() {
     if (f >= 0) button.addEventListener('click', () => { pause(); setFrame(f); });
     const item = element('li', { className: mine ? 'mine' : '' }, [button]);
     if (mine) {
-      const undo = element('button', { type: 'button', className: 'undo', textContent: '\u00d7', title: 'Take back' });
+      const undo = element('button', { type: 'button', className: 'undo', textContent: '\u00d7', title: 'Undo' });
       undo.addEventListener('click', () => { corrections.splice(corrections.indexOf(edit), 1); changed(); });
       item.append(undo);
     }
@@ -112,7 +112,7 @@ function readCorrection() {
   }
   if (op === 'join') return edit;
   edit.frames = [Number(byId('edit-first').value), Number(byId('edit-last').value)];
-  return edit.frames[0] <= edit.frames[1] ? edit : 'the last frame comes before the first';
+  return edit.frames[0] <= edit.frames[1] ? edit : 'the last frame is before the first';
 }
 
 function showFields() {

@@ -4,7 +4,7 @@ import { headOf, reach, scratch, show, up } from './scene.js';
 import { paintPanel, panels } from './panels.js';
 import { state } from './playback.js';
 
-// The subset of a canvas context that the page uses, writing SVG.
+// Implements the subset of a canvas context that the page uses, and writes SVG.
 class SvgPen {
   constructor() {
     Object.assign(this, { out: [], clips: [], x: 0, y: 0, scale: 1, path: '', dash: [], fillStyle: '#000', strokeStyle: '#000', lineWidth: 1,
@@ -61,15 +61,14 @@ class SvgPen {
     if (image.tagName === 'VIDEO') return this.drawVideo(image, x, y, width, height);
     this.out.push(this.box(x, y, width, height).replace('<rect', '<image') + ' preserveAspectRatio="none" href="' + escaped(image.src) + '"/>');
   }
-  // The image of the video, embedded; linked videos cannot be read and are left
-  // out.
+  // Embeds the image of the video; linked videos cannot be read and are left out.
   drawVideo(video, x, y, width, height) {
     const canvas = element('canvas', { width: video.videoWidth, height: video.videoHeight });
     canvas.getContext('2d').drawImage(video, 0, 0);
     try {
       this.drawImage({ src: canvas.toDataURL('image/jpeg') }, x, y, width, height);
     } catch (error) {
-      // Forbidden by the browser for linked files; the lines are drawn anyway.
+      // Browsers forbid reading linked files; the lines are still drawn.
     }
   }
 }

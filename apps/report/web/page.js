@@ -30,9 +30,9 @@ function makeHeader() {
   byId('subtitle').textContent = frameCount + ' frames, ' + seconds.toFixed(1) + ' s, ' + results[0].ids.length + (results[0].ids.length === 1 ? ' identity' : ' identities')
     + (data.cameras.length ? ', ' + data.cameras.length + ' cameras' : '');
   const notes = [];
-  if (data.assumedRate) notes.push('The files have no times: ' + data.assumedRate + ' frames a second are assumed.');
-  if (data.frameStride > 1) notes.push('To save space this page holds one frame in ' + data.frameStride + '.');
-  if (data.extrasStride > 1) notes.push('Detections and covariances are those of one frame in ' + data.extrasStride + '.');
+  if (data.assumedRate) notes.push('The files have no times: ' + data.assumedRate + ' frames per second are assumed.');
+  if (data.frameStride > 1) notes.push('To save space, this page contains one frame in ' + data.frameStride + '.');
+  if (data.extrasStride > 1) notes.push('Detections and covariances are kept for one frame in ' + data.extrasStride + '.');
   byId('notes').textContent = notes.join(' ');
   byId('notes').hidden = notes.length === 0;
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1) + ' MB';
@@ -40,7 +40,7 @@ function makeHeader() {
   if (data.bytes.detections) sizes.push('detections ' + megabytes(data.bytes.detections));
   if (data.bytes.pictures) sizes.push('pictures ' + megabytes(data.bytes.pictures));
   if (data.bytes.covariances) sizes.push('covariances ' + megabytes(data.bytes.covariances));
-  if (sizes.length) byId('sizes').textContent = 'Of this page: ' + sizes.join(', ') + '.';
+  if (sizes.length) byId('sizes').textContent = 'Parts of this page: ' + sizes.join(', ') + '.';
   results.forEach((result) => {
     const box = element('input', { type: 'checkbox', checked: true });
     box.addEventListener('change', () => { result.visible = box.checked; update(); });

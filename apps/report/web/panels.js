@@ -53,9 +53,9 @@ export function makePanels() {
   if (data.cameras.length === 0) return;
   byId('views').hidden = false;
   byId('view-legend').textContent = detections
-    ? 'Thin: detections (circles are joints that were found; dashed means unmatched). Thick: 3D poses seen by the camera. '
-      + 'Cross: joint that the joints filter rejected or the loss weighs with less than a tenth. Square: joint that the detector did not find. '
-      + (results.some((r) => r.match && hasWeights(r)) ? '' : 'The tracks name no matches: each person is paired with the nearest detection.')
+    ? 'Thin lines: detections (circles: joints that were found; dashed: unmatched detections). Thick lines: 3D poses projected into the camera. '
+      + 'Cross: joint that was rejected by the joints filter or that the robust loss weights by less than 0.1. Square: joint that the detector did not find. '
+      + (results.some((r) => r.match && hasWeights(r)) ? '' : 'The tracks contain no matches: each person is paired with the nearest detection.')
     : 'The 3D poses as each camera would see them.';
   data.cameras.forEach((camera, v) => {
     const canvas = element('canvas');
@@ -66,7 +66,7 @@ export function makePanels() {
     panel.redraw = (f) => { if (panel.seen) drawPanel(panel, f); };
     panels.push(panel);
   });
-  // When playback stops, videos move to the exact image.
+  // When playback stops, videos seek the exact image.
   onFrame((f) => panels.forEach((panel) => panel.redraw(f)), (f) => panels.forEach((panel) => { if (panel.video) panel.redraw(f); }));
   panels.forEach(openVideo);
   if ('IntersectionObserver' in window) {
@@ -82,8 +82,8 @@ export function makePanels() {
 
 function hasWeights(result) { return result.weight.some((w) => w !== NO_WEIGHT); }
 
-// As many per row as fit, distributed evenly: five are 5, 3 + 2 or 2 + 2 + 1.
-// The panels of a row share its width.
+// As many panels per row as fit, distributed evenly: five panels are arranged as
+// 5, 3 + 2 or 2 + 2 + 1. The panels of a row share its width.
 function arrangePanels() {
   const width = byId('panels').clientWidth || 300;
   const most = Math.max(1, Math.min(5, Math.floor((width + 10) / 260)));
@@ -125,8 +125,8 @@ export function drawPanel(panel, f) {
   panel.facts.textContent = facts + (panel.lacks ? (facts ? '; ' : '') + panel.lacks : '');
 }
 
-// Draws in image pixels; `px` is the size of a screen pixel in them. Returns text on
-// the detections.
+// Draws in image pixels; `px` is the size of a screen pixel in image pixels. Returns
+// text about the detections.
 export function paintPanel(pen, panel, f, px, withPicture) {
   panel.lacks = '';
   if (withPicture) drawPicture(pen, panel, f);

@@ -10,8 +10,8 @@ function pictureUrl(pattern, number) {
 
 function fileUrl(path) { return path.split('/').map(encodeURIComponent).join('/'); }
 
-// Source of the image of a frame: embedded (the latest one before it, if images
-// were left out) or linked.
+// Source of the image of a frame: linked, or embedded. If the embedded image was
+// left out, the latest one before it is used.
 function pictureSource(panel, f) {
   const inside = panel.camera.pictures;
   if (!inside) return panel.camera.images ? pictureUrl(panel.camera.images, frameNumbers[f]) : undefined;
@@ -49,12 +49,12 @@ function stillOf(panel, f) {
   const picture = pictureOf(panel, f);
   if (state.playing) for (let ahead = 1; ahead <= AHEAD; ++ahead) pictureOf(panel, f + ahead);
   if (!picture || !picture.complete) return undefined;
-  if (picture.naturalWidth === 0) { panel.lacks = 'no picture of this frame'; return undefined; }
+  if (picture.naturalWidth === 0) { panel.lacks = 'no image of this frame'; return undefined; }
   return picture;
 }
 
-// A playing video that is farther off than this seeks its position; otherwise it
-// plays faster or slower until it is synchronous [s].
+// A playing video that is farther off than this [s] seeks its position; otherwise
+// it plays faster or slower until it is in sync.
 const FAR_APART = 0.3;
 
 export function openVideo(panel) {
@@ -77,14 +77,14 @@ export function openVideo(panel) {
 function videoOf(panel, f) {
   const node = panel.video.node;
   if (node.error) { panel.lacks = 'this browser does not play the video'; return undefined; }
-  if (panel.video.at[f] < 0) { node.pause(); panel.lacks = 'no picture of this frame'; return undefined; }
+  if (panel.video.at[f] < 0) { node.pause(); panel.lacks = 'no image of this frame'; return undefined; }
   if (node.readyState < 1) return undefined;
   if (state.playing) playAlong(panel.video, f);
   else seekVideo(panel.video, f);
   return node.readyState < 2 ? undefined : node;
 }
 
-// Seeks each position once; otherwise a video that ends early would be sought
+// Seeks each position only once; otherwise a video that ends early would seek
 // forever.
 function seekVideo(video, f) {
   video.node.pause();

@@ -271,7 +271,8 @@ export class Scene {
 const TRAIL_POINTS = 128, TRAIL_SECONDS = 2;
 export const show = { trails: true, labels: true, cameras: true, floor: true, ellipsoids: false };
 
-// Position of a person on the floor: the mean of the joints, projected.
+// Position of a person on the floor: the vertical projection of the mean of the
+// joints.
 const footBuffer = [0, 0, 0];
 function footOf(result, p) {
   const J = result.joints.length;

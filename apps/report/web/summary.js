@@ -9,7 +9,7 @@ function medianOf(values) {
 }
 
 function summaryTable(summary) {
-  const table = element('table', {}, [element('tr', {}, ['camera', 'matched', 'median', '90 %'].map((text) => element('th', { textContent: text })))]);
+  const table = element('table', {}, [element('tr', {}, ['camera', 'matched', 'median', 'p90'].map((text) => element('th', { textContent: text })))]);
   summary.cameras.forEach((camera) => table.append(element('tr', {}, [camera.view, Math.round(100 * camera.matched_share) + ' %',
     human(camera.median_px) + ' px', human(camera.p90_px) + ' px'].map((text) => element('td', { textContent: text })))));
   return table;
@@ -26,7 +26,7 @@ function solverLines(summary) {
   return lines;
 }
 
-// Noise learnt by `track`, collapsed.
+// The noise learnt by `track`, in a collapsed part.
 function learntPart(summary) {
   const noise = summary.noise;
   if (!noise || !noise.classes) return null;
@@ -36,8 +36,8 @@ function learntPart(summary) {
     return row('td', [name, human(one.sigma_px) + ' px', human(one.process_noise)]);
   });
   const part = element('details', {}, [element('summary', { textContent: 'Learnt from the recording' })]);
-  if (noise.error_time_s) part.append(element('p', { textContent: 'The detector\u2019s errors last ' + human(noise.error_time_s) + ' s.' }));
-  if (noise.confidence_power !== undefined) part.append(element('p', { textContent: 'They grow with confidence to the power of ' + human(-noise.confidence_power) + '.' }));
+  if (noise.error_time_s) part.append(element('p', { textContent: 'Correlation time of the detector\u2019s errors: ' + human(noise.error_time_s) + ' s.' }));
+  if (noise.confidence_power !== undefined) part.append(element('p', { textContent: 'The errors are proportional to confidence to the power of ' + human(-noise.confidence_power) + '.' }));
   part.append(element('table', {}, [row('th', ['joints', 'error', 'process noise, m\u00b2/s\u00b3'])].concat(rows)));
   return part;
 }
@@ -45,7 +45,7 @@ function learntPart(summary) {
 // Warnings of `track` and findings of `doctor`, shown first.
 export function makeFindings() {
   const list = byId('finding-list'), several = results.filter((result) => !result.truth).length > 1;
-  // Flags of a command are not broken if they fit into a line.
+  // A flag of a command is not wrapped if it fits into a line.
   const words = (remedy) => remedy.split(/(--\S+)/).map((part) => (part.startsWith('--') ? element('code', { textContent: part }) : part));
   const add = (text, remedy) => list.append(element('li', {}, [text + '. ', element('span', { className: 'try' }, ['Try: '].concat(words(remedy)))]));
   const findings = data.doctor && data.doctor.findings || [];
@@ -73,7 +73,7 @@ export function makeSummary() {
     if (summary) {
       box.append(summaryTable(summary));
       const tall = summary.people.filter((person) => person.height_m).sort((a, b) => b.frames - a.frames).slice(0, 6);
-      line(summary.people.length + (summary.people.length === 1 ? ' identity' : ' identities') + ', at most ' + summary.most_people_in_a_view + ' in a view'
+      line(summary.people.length + (summary.people.length === 1 ? ' identity' : ' identities') + ', up to ' + summary.most_people_in_a_view + ' in one view (in 5 % of the frames or more)'
         + (tall.length ? '; heights ' + tall.map((person) => person.height_m.toFixed(2) + ' m').join(', ') : ''));
       solverLines(summary).forEach((text) => line(text));
       if (summary.warnings.length) line(summary.warnings.length + (summary.warnings.length > 1 ? ' warnings' : ' warning') + ', at the top of the page', 'warning');
@@ -82,17 +82,17 @@ export function makeSummary() {
     }
     if (result.difference && !result.truth) {
       const apart = medianOf(Array.from(result.difference, (d) => (d === NO_VALUE ? NaN : 0.001 * LENGTH.per * d)));
-      if (apart === apart) line(result.label + ': ' + human(apart) + ' ' + LENGTH.unit + ' from ' + referenceName() + ' in the median');
+      if (apart === apart) line(result.label + ': ' + human(apart) + ' ' + LENGTH.unit + ' from ' + referenceName() + ' (median)');
     }
   });
-  if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : data.doctor.mended ? ', which the configuration mends' : ''), data.doctor.findings.length ? 'warning' : '');
+  if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : data.doctor.mended ? ', corrected by the configuration' : ''), data.doctor.findings.length ? 'warning' : '');
   byId('summary-card').hidden = !box.firstChild;
 }
 
 const KINDS = {
-  residual: ['largest residual', (m) => ': ' + human(m.value) + ' px off the detection in ' + m.detail],
+  residual: ['largest residual', (m) => ': ' + human(m.value) + ' px from the detection in ' + m.detail],
   speed: ['speed jump', (m) => ', ' + jointName(m.detail) + ': velocity jumps by ' + human(SPEED.per * m.value) + ' ' + SPEED.unit],
-  bone: ['bone length jump', (m) => ', ' + jointName(m.detail) + ': length jumps by ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit],
+  bone: ['unusual bone length', (m) => ', ' + jointName(m.detail) + ': length ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit + ' from its median'],
   difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => ': ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit + ' from ' + referenceName()],
   start: ['identity appears', () => ' appears'],
   end: ['identity is lost', () => ' is lost']

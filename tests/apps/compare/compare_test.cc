@@ -514,10 +514,10 @@ TEST_F(CompareCommand, InvalidFlagsAreRefusedWithTheCause) {
   const std::pair<const char*, const char*> cases[] = {
       {"--strategies=kalmann", "no strategy is named"},
       {"--baseline=nobody", "no strategy is named"},
-      {"--tune --parameters=x.toml", "use one of them"},
+      {"--tune --parameters=x.toml", "exclude each other"},
       {"--folds=0:9 --tune", "expected two"},
       {"--threads=0", "at least 1"},
-      {"--markers=x.c3d", "use one of them"}};
+      {"--markers=x.c3d", "exclude each other"}};
   for (const auto& [flags, cause] : cases) {
     EXPECT_THAT(Refusal("compare", Flags("out", "--noplots ") + flags),
                 HasSubstr(cause));

@@ -124,7 +124,7 @@ TEST_F(CompareWithMarkers, RanksLikeTheSyntheticTruth) {
 
 TEST_F(CompareWithMarkers, InvalidFlagsAndFilesAreRefused) {
   EXPECT_THAT(testing::Refusal("compare", Flags("--joints=x.toml")),
-              HasSubstr("belongs to --markers"));
+              HasSubstr("requires --markers"));
   EXPECT_THAT(
       testing::Refusal("compare",
                        Flags("--markers='" + Path("take/cameras.json") + "'")),

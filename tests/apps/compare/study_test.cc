@@ -104,7 +104,7 @@ TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
            "--manifest=" + manifest_ +
                " --tune --strategies=causal_gaussian,butterworth --out=" + out)
           .output,
-      HasSubstr("Left out in turn"));
+      HasSubstr("Leave-one-out"));
   const Json study = Json::parse(ContentOf(out + "/study.json"));
   EXPECT_EQ(study["takes"].size(), 3u);
   EXPECT_EQ(study["holds"]["takes"], 3);
@@ -158,7 +158,7 @@ TEST(Study, ErrorsNameWhatIsMissing) {
   EXPECT_THAT(refusal("a", ""), HasSubstr("expected two or more"));
   EXPECT_THAT(refusal("a", " --folds=0:1,2:3"),
               HasSubstr("--folds applies to one recording"));
-  EXPECT_THAT(refusal("ab", ""), HasSubstr("take 'a': "));
+  EXPECT_THAT(refusal("ab", ""), HasSubstr("recording 'a': "));
 }
 
 }  // namespace

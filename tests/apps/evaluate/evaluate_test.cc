@@ -92,7 +92,7 @@ TEST_F(EvaluateProgramTest, FlagsOverrideTheProtocol) {
           Against(found_, truth_),
       {"head mvpose, endpoints each, matching one_to_one, frames "
        "300:301,500:501",
-       "90.00 (9/10)", "error of first end m"});
+       "90.00 (9/10)", "error of first end, m"});
 }
 
 TEST_F(EvaluateProgramTest, OtherProtocols) {

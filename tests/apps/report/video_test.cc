@@ -161,7 +161,7 @@ TEST_P(VideoPanels, FramesBeyondTheVideoAreMarked) {
                      ")");
   EXPECT_THAT(browser_->Evaluate("kinegraph.panels[0].facts.textContent")
                   .get<std::string>(),
-              HasSubstr("no picture of this frame"));
+              HasSubstr("no image of this frame"));
   // Readable videos are part of the saved pictures.
   browser_->Evaluate("kinegraph.setFrame(5)");
   WaitUntilThere();
