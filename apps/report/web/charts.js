@@ -229,7 +229,8 @@ export function makeCharts(drawMarks) {
   const compared = results.filter((result) => result.difference);
   if (compared.length) {
     const series = [].concat(...compared.map((result) => perPerson(result, (p) => result.difference[p] === NO_VALUE ? NaN : result.difference[p] * 0.001 * LENGTH.per)));
-    legend(lineChart('Distance to ' + referenceName(), LENGTH.unit, 80, () => series), series);
+    const name = results.some((result) => result.truth) ? 'the truth' : 'the other result';
+    legend(lineChart('Distance to ' + name, LENGTH.unit, 80, () => series), series);
   }
   const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));
   legend(lineChart('Mean speed of joints', SPEED.unit, 80, () => speed), speed);
@@ -289,9 +290,11 @@ function angleChart() {
   if (angles.some((one) => one.low)) chart.head.append(element('span', { className: 'key', textContent: 'bands: 95 % intervals' }));
 }
 
-// Name of the result to which distances are computed.
-export function referenceName() {
-  return results.some((result) => result.truth) ? 'the truth' : results[1].label;
+// Name of the result to which distances of `result` are computed (ReferenceOf in
+// page_data.cc).
+export function referenceName(result) {
+  if (results.some((one) => one.truth)) return 'the truth';
+  return results[result.index === 0 ? 1 : 0].label;
 }
 
 // Distance from joint j of pose p to joint k of pose q; NaN if one is missing.

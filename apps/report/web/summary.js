@@ -82,7 +82,7 @@ export function makeSummary() {
     }
     if (result.difference && !result.truth) {
       const apart = medianOf(Array.from(result.difference, (d) => (d === NO_VALUE ? NaN : 0.001 * LENGTH.per * d)));
-      if (apart === apart) line(result.label + ': ' + human(apart) + ' ' + LENGTH.unit + ' from ' + referenceName() + ' (median)');
+      if (apart === apart) line(result.label + ': ' + human(apart) + ' ' + LENGTH.unit + ' from ' + referenceName(result) + ' (median)');
     }
   });
   if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : data.doctor.mended ? ', corrected by the configuration' : ''), data.doctor.findings.length ? 'warning' : '');
@@ -93,7 +93,7 @@ const KINDS = {
   residual: ['largest residual', (m) => ': ' + human(m.value) + ' px from the detection in ' + m.detail],
   speed: ['speed jump', (m) => ', ' + jointName(m.detail) + ': velocity jumps by ' + human(SPEED.per * m.value) + ' ' + SPEED.unit],
   bone: ['unusual bone length', (m) => ', ' + jointName(m.detail) + ': length ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit + ' from its median'],
-  difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => ': ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit + ' from ' + referenceName()],
+  difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => ': ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit + ' from ' + referenceName(results[m.result])],
   start: ['identity appears', () => ' appears'],
   end: ['identity is lost', () => ' is lost']
 };
