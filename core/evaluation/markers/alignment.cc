@@ -468,7 +468,6 @@ double MedianDistance(const JointPaths& truth, const JointPaths& tracks,
 // People present for at least a quarter of the frames of the longest track,
 // longest first.
 std::vector<TrackId> Candidates(const TrackSequence& tracks) {
-  constexpr size_t kMost = 8;
   std::map<TrackId, int64_t> counts;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) ++counts[person.id];
@@ -478,7 +477,7 @@ std::vector<TrackId> Candidates(const TrackSequence& tracks) {
   std::sort(longest.begin(), longest.end());
   std::vector<TrackId> ids;
   for (const auto& [count, id] : longest) {
-    if (4 * count > longest.front().first || ids.size() == kMost) break;
+    if (4 * count > longest.front().first) break;
     ids.push_back(id);
   }
   return ids;
@@ -653,16 +652,18 @@ Alignment AlignRecordings(const TrackSequence& truth,
   if (std::count(use.begin(), use.end(), true) < kLeastCentres) {
     use.assign(use.size(), true);
   }
+  constexpr size_t kMostTried = 8;
   std::vector<TrackId> people = Candidates(tracks);
   if (request.person) {
     if (!std::count(people.begin(), people.end(), *request.person)) {
       throw InputError(
-          "the tracks have no person " +
-          std::to_string(request.person->value()) +
-          " of at least a quarter of the longest track (--person)");
+          "--person=" + std::to_string(request.person->value()) +
+          ": the tracks have no such person who is present for a quarter of "
+          "the longest track or more");
     }
     people = {*request.person};
   }
+  if (people.size() > kMostTried) people.resize(kMostTried);
   if (people.empty()) throw InputError("the tracks have no people");
   std::optional<Alignment> best;
   double least_m = std::numeric_limits<double>::infinity();
