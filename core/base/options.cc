@@ -33,7 +33,8 @@ std::string Limits::ToString() const {
   const bool bounded_above =
       std::isfinite(high) && high < std::numeric_limits<double>::max();
   if (bounded_below && bounded_above) {
-    return (above ? "above " : "") + Short(low) + " .. " + Short(high);
+    return above ? "> " + Short(low) + ", <= " + Short(high)
+                 : Short(low) + " .. " + Short(high);
   }
   if (bounded_below) return (above ? "> " : ">= ") + Short(low);
   if (bounded_above) return "<= " + Short(high);

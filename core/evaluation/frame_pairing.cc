@@ -331,7 +331,7 @@ class Pairer {
     if (ratio < kLeastRatio && ratio > 1.0 / kLeastRatio) return;
     const bool of_truth = !truth_clock_.is_known();
     result_.notes.push_back(fmt::format(
-        "{} has no times, frames are paired by number: {} has {:.0f} frames, "
+        "no times of {}: frames are paired by number: {} has {:.0f} frames, "
         "{} {:.0f}; if both last equally long, the rates differ and the score "
         "is wrong",
         of_truth ? names_.truth : names_.tracks, names_.truth, length(truth_),

@@ -291,9 +291,9 @@ class Measurement {
     const std::string whose = "the skeleton " + skeleton.name();
     if (!up_.has_value()) {
       table_.notes.emplace_back(
-          "the upward direction is not known, as people may be lying: no lean "
-          "of the trunk, and no obliquity, speed or path of the pelvis "
-          "(--up=z)");
+          "the upward direction is unknown (the people's bodies do not "
+          "determine it): no lean of the trunk, and no obliquity, speed or "
+          "path of the pelvis (--up=z)");
     }
     if (!has("l_ankle_dorsiflexion") && !has("r_ankle_dorsiflexion")) {
       table_.notes.push_back(whose + " has no heels and toes: no ankle angles");

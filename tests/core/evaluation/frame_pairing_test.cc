@@ -257,7 +257,7 @@ TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
   EXPECT_THAT(PairFrames(WithoutTimes(Walk({50.0, 200})), Walk({})).notes,
               ElementsAre(HasSubstr("the ground truth has no times")));
   EXPECT_THAT(PairFrames(Walk({}), WithoutTimes(Walk({50.0, 200}))).notes,
-              ElementsAre(HasSubstr("the tracks has no times")));
+              ElementsAre(HasSubstr("no times of the tracks: frames are paired by number")));
   // A consistent part of a recording gives no note.
   EXPECT_THAT(
       PairFrames(WithoutTimes(Walk({25.0, 50, 25, 1.0})), Walk({})).notes,
