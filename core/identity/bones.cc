@@ -111,8 +111,11 @@ class PieceMaker {
   TimeNs newest_ = 0;
 };
 
-// Limbs, shoulders, hips, and from shoulder to hip.
+// Limbs, shoulders, hips, and from shoulder to hip. A body of few joints, such
+// as top and bottom of a box, has its size instead: a person's height.
 bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
+  constexpr int kFewJoints = 3;
+  if (skeleton.joint_count() <= kFewJoints) return true;
   return IsBodyJoint(skeleton.joint_class(bone.a)) &&
          IsBodyJoint(skeleton.joint_class(bone.b));
 }

@@ -28,7 +28,7 @@ struct BoneSamples {
 class BoneModel {
  public:
   // Uses the bones that keep their length: limbs, shoulders, hips, and from
-  // shoulder to hip.
+  // shoulder to hip; of a skeleton of up to three joints all.
   explicit BoneModel(const Skeleton& skeleton);
 
   // From the clean frames, using only joints observed by two views.

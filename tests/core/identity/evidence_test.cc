@@ -15,18 +15,13 @@ namespace {
 
 using testing::CrowdMaker;
 
-std::vector<Tracklet> Bodies(const std::vector<double>& sizes,
-                             const std::vector<TrackFrame>& frames) {
-  EXPECT_FALSE(sizes.empty());
-  return CollectTracklets(frames, Coco17());
-}
-
 TEST(BoneModelTest, DistinguishesOneBodyFromTwo) {
   CrowdMaker crowd(500);
   crowd.Add({0, 0, 240, {0.0, 0.0}, {0.0, 0.0}, 1.0});
   crowd.Add({1, 250, 499, {0.0, 0.0}, {0.0, 0.0}, 1.0});
   crowd.Add({2, 250, 499, {2.0, 0.0}, {0.0, 0.0}, 1.12});
-  const std::vector<Tracklet> people = Bodies({1.0, 1.0, 1.12}, crowd.frames());
+  const std::vector<Tracklet> people =
+      CollectTracklets(crowd.frames(), Coco17());
   ASSERT_EQ(people.size(), 3u);
   BoneModel model(Coco17());
   std::vector<BoneSamples> samples;
@@ -40,6 +35,32 @@ TEST(BoneModelTest, DistinguishesOneBodyFromTwo) {
   EXPECT_LT(model.MeanDifference(samples[0], samples[1]), 0.005);
   // Bones of 0.23 to 0.4 m, 12 % longer.
   EXPECT_NEAR(model.MeanDifference(samples[0], samples[2]), 0.04, 0.015);
+}
+
+// The tops and bottoms of people's boxes: their heights are evidence.
+TEST(BoneModelTest, DistinguishesBoxesByHeight) {
+  CrowdMaker crowd(500);
+  crowd.Add({0, 0, 240, {0.0, 0.0}, {0.0, 0.0}, 1.0});
+  crowd.Add({1, 250, 499, {0.0, 0.0}, {0.0, 0.0}, 1.0});
+  crowd.Add({2, 250, 499, {2.0, 0.0}, {0.0, 0.0}, 1.12});
+  const Skeleton box("box", {"top", "bottom"}, {{0, 1}});
+  const auto nose = static_cast<size_t>(Coco17().IndexOf("nose"));
+  const auto ankle = static_cast<size_t>(Coco17().IndexOf("l_ankle"));
+  std::vector<TrackFrame> frames = crowd.frames();
+  for (TrackFrame& frame : frames) {
+    for (PersonPose& person : frame.people) {
+      person.joints = {person.joints[nose], person.joints[ankle]};
+      person.inlier_views.resize(2);
+    }
+  }
+  const std::vector<Tracklet> people = CollectTracklets(frames, box);
+  BoneModel model(box);
+  std::vector<BoneSamples> samples;
+  for (const Tracklet& person : people)
+    samples.push_back(model.Measure(person));
+  model.Learn(samples);
+  EXPECT_GT(model.LogRatio(samples[0], samples[1]), 1.0);
+  EXPECT_LT(model.LogRatio(samples[0], samples[2]), -2.0);
 }
 
 // The log ratio of two tracks of one body. The second lasts a second, and its
@@ -80,7 +101,8 @@ TEST(BoneModelTest, UnmeasuredBodiesGiveNoEvidence) {
   CrowdMaker crowd(100);
   crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
   crowd.Add({1, 50, 51, {2.0, 0.0}, {0.0, 0.0}, 1.0});  // shorter than a piece
-  const std::vector<Tracklet> people = Bodies({1.0, 1.0}, crowd.frames());
+  const std::vector<Tracklet> people =
+      CollectTracklets(crowd.frames(), Coco17());
   const BoneModel model(Coco17());
   EXPECT_EQ(model.LogRatio(model.Measure(people[0]), BoneSamples()), 0.0);
   EXPECT_EQ(model.MeanDifference(model.Measure(people[0]), BoneSamples()), 0.0);
