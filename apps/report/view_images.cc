@@ -1,7 +1,6 @@
 #include "apps/report/view_images.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <utility>
 
@@ -199,7 +198,8 @@ size_t AddVideos(const ViewImages& images, const std::string& page_path,
 std::string PicturePath(const std::string& pattern, int64_t frame) {
   const size_t begin = pattern.find('%');
   size_t end = begin == std::string::npos ? begin : begin + 1;
-  while (end < pattern.size() && std::isdigit(pattern[end]) != 0) ++end;
+  while (end < pattern.size() && pattern[end] >= '0' && pattern[end] <= '9')
+    ++end;
   const bool is_number = end < pattern.size() && pattern[end] == 'd' &&
                          pattern.find('%', end) == std::string::npos;
   if (!is_number) {
