@@ -135,9 +135,10 @@ class FrameInversion {
     }
   }
 
-  bool Run(size_t frame_end, std::vector<std::vector<Matrix6d>>* covariances) {
+  bool Run(size_t frame_end, size_t segment_bytes,
+           std::vector<std::vector<Matrix6d>>* covariances) {
     covariances_ = covariances;
-    const size_t segment = std::min(SegmentLength(), frame_end);
+    const size_t segment = std::min(SegmentLength(segment_bytes), frame_end);
     messages_.resize(segment);
     if (!SweepBack(frame_end)) return false;
     for (size_t begin = 0; begin < frame_end; begin += segment) {
@@ -159,10 +160,9 @@ class FrameInversion {
 
   // Number of frames whose messages are kept at a time. The messages of later
   // segments are recomputed from the last frame of the segment.
-  size_t SegmentLength() const {
-    constexpr size_t kBytes = 16 << 20;
-    return std::max<size_t>(
-        8, kBytes / (size_ * (size_ + 1) / 2 * sizeof(double)));
+  size_t SegmentLength(size_t bytes) const {
+    return std::max<size_t>(8,
+                            bytes / (size_ * (size_ + 1) / 2 * sizeof(double)));
   }
 
   void Store(const LaneBuffer& square, Triangle* triangle) const {
@@ -368,7 +368,8 @@ class FrameInversion {
 
 bool PersonCovariances(const PersonProblem& problem, double correction,
                        size_t frame_end,
-                       std::vector<std::vector<Matrix6d>>* covariances) {
+                       std::vector<std::vector<Matrix6d>>* covariances,
+                       size_t segment_bytes) {
   const size_t joint_count = problem.joints.size();
   covariances->resize(joint_count);
   PersonSystem system;
@@ -379,7 +380,8 @@ bool PersonCovariances(const PersonProblem& problem, double correction,
   }
   AddCouplings(problem, &system);
   if (!problem.prior.empty()) AddPrior(problem.prior, &system);
-  return FrameInversion(problem, system).Run(frame_end, covariances);
+  return FrameInversion(problem, system)
+      .Run(frame_end, segment_bytes, covariances);
 }
 
 }  // namespace kinegraph

@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_PERSON_SYSTEM_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_PERSON_SYSTEM_H_
 
+#include <cstddef>
 #include <vector>
 
 #include "solvers/graph/problem.h"
@@ -10,12 +11,14 @@ namespace kinegraph {
 
 // Covariances of every joint's state in every frame by exact block-tridiagonal
 // selected inversion, frames as blocks. To bound memory, the results of the
-// backward sweep are kept for one segment of frames at a time and recomputed
-// for the next. Fills covariances[joint][frame] for frames before `frame_end`.
-// False where the information is not positive definite.
+// backward sweep are kept for one segment of frames at a time, of about
+// `segment_bytes`, and recomputed for the next. Fills
+// covariances[joint][frame] for frames before `frame_end`. False where the
+// information is not positive definite.
 bool PersonCovariances(const PersonProblem& problem, double correction,
                        size_t frame_end,
-                       std::vector<std::vector<Matrix6d>>* covariances);
+                       std::vector<std::vector<Matrix6d>>* covariances,
+                       size_t segment_bytes = 16 << 20);
 
 }  // namespace kinegraph
 

@@ -298,11 +298,15 @@ TEST_F(BoneTest, CovariancesEqualBlocksOfTheDenseInverse) {
   Make(3, 70, SimulatedNoise());
   BoneSolver solver;
   solver.Solve(Exact(LossKind::kNone), &problem_);
-  std::vector<std::vector<Matrix6d>> covariances;
-  ASSERT_TRUE(PersonCovariances(problem_, 1.0, 70, &covariances));
   const Eigen::MatrixXd dense = DenseCovariance(problem_);
-  for (size_t j = 0; j < 3; ++j) {
-    ExpectBlocksOf(dense, j, 3, covariances[j], 1e-7);
+  // In one segment, and in nine, whose messages are recomputed.
+  for (const size_t segment_bytes : {16 << 20, 1}) {
+    std::vector<std::vector<Matrix6d>> covariances;
+    ASSERT_TRUE(
+        PersonCovariances(problem_, 1.0, 70, &covariances, segment_bytes));
+    for (size_t j = 0; j < 3; ++j) {
+      ExpectBlocksOf(dense, j, 3, covariances[j], 1e-7);
+    }
   }
 }
 
