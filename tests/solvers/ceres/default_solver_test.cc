@@ -198,43 +198,5 @@ TEST_F(CeresSolverTest, JointInOneViewStaysNearThePerson) {
       PersonCovariances(problem_, 1.0, problem_.times.size(), &covariances));
 }
 
-TEST(SolveCounts, DescribeTroublesListsFailures) {
-  SolveCounts counts;
-  counts.solves = 10;
-  EXPECT_EQ(DescribeTroubles(counts), "");
-  counts.not_converged = 2;
-  counts.bones_dropped = 1;
-  EXPECT_EQ(DescribeTroubles(counts),
-            "of 10 solves, 2 did not converge, 1 continued without bones; a "
-            "solve that did not converge stops after graph.max_iterations "
-            "steps; joints that its last step moved by more than 5 cm count as "
-            "unseen (--set=graph.max_iterations=1000 allows more)");
-  SolveCounts sum = counts;
-  sum += counts;
-  EXPECT_EQ(sum.solves, 20);
-  EXPECT_EQ(sum.not_converged, 4);
-}
-
-TEST(SolveCounts, LedgerNamesFramesThatDidNotConverge) {
-  SolveLedger ledger;
-  SolveCounts well;
-  well.solves = 1;
-  ledger.Add(well, 0, 9);
-  EXPECT_EQ(ledger.NotConverged(), "");
-  SolveCounts creeping = well;
-  creeping.not_converged = 1;
-  // The order in which threads add people does not matter.
-  for (const int64_t first : {30, 10, 40, 20}) {
-    ledger.Add(creeping, first, first + 5);
-  }
-  EXPECT_EQ(ledger.NotConverged(),
-            "a person in frames 10 to 15, one in 20 to 25, one in 30 to 35, 1 "
-            "more");
-  EXPECT_NE(
-      DescribeTroubles(ledger.Total(), ledger.NotConverged())
-          .find("of 5 solves, 4 did not converge (a person in frames 10 to 15"),
-      std::string::npos);
-}
-
 }  // namespace
 }  // namespace kinegraph

@@ -170,5 +170,21 @@ TEST(Outcome, WriteJointWritesNoWeightsWithoutMatches) {
   }
 }
 
+TEST(Outcome, DerivativeIsTheVelocityOfTheState) {
+  SceneModel scene = SceneOf(2, KeptMatches::kNone);
+  PersonPose pose = PoseOf(RecordOfViews({}), scene, false).person;
+  WriteJoint(ThreeFrames(), 1, 1, JointStatus::kObserved, 2, nullptr, &pose);
+  EXPECT_THAT(pose.derivatives, IsEmpty());
+  scene.keep_derivatives = true;
+  pose = PoseOf(RecordOfViews({}), scene, false).person;
+  JointChain chain = ThreeFrames();
+  chain.states[1].tail<3>() << 0.5, -1.0, 2.0;
+  WriteJoint(chain, 1, 1, JointStatus::kObserved, 2, nullptr, &pose);
+  EXPECT_FALSE(pose.derivatives[0].has_value());
+  ASSERT_TRUE(pose.derivatives[1].has_value());
+  EXPECT_EQ(pose.derivatives[1]->velocity_m_s, Eigen::Vector3d(0.5, -1.0, 2.0));
+  EXPECT_FALSE(pose.derivatives[1]->acceleration_m_s2.has_value());
+}
+
 }  // namespace
 }  // namespace kinegraph

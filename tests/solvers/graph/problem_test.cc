@@ -146,16 +146,6 @@ TEST(DoubtUnsettled, ZeroesTheWeightsOfMovingStates) {
   }
 }
 
-TEST(CountInliers, CountsUngatedViewsOfEnoughWeight) {
-  SmallChain small;
-  small.At(0, 0).weight = 0.25;
-  small.At(0, 1).weight = 0.24;
-  small.At(1, 2).gated = true;
-  EXPECT_EQ(CountInliers(small.chain, 0, 0.25), 2);
-  EXPECT_EQ(CountInliers(small.chain, 1, 0.25), 2);
-  EXPECT_EQ(CountInliers(small.chain, 1, 1.1), 0);
-}
-
 // ---- A user's factors ----
 
 // Residual: twice the first coordinate of each state, summed; undefined beyond
@@ -264,107 +254,6 @@ TEST(SolveSchedule, EarlierStagesHaveThirtyTimesTheTolerance) {
   EXPECT_DOUBLE_EQ(schedule.StepToleranceM(0), 6e-4);
   EXPECT_DOUBLE_EQ(schedule.StepToleranceM(1), 6e-4);
   EXPECT_DOUBLE_EQ(schedule.StepToleranceM(2), 2e-5);
-}
-
-// ---- Written poses ----
-
-FrameRecord TwoViewRecord() {
-  FrameRecord record;
-  record.frame = 12;
-  record.time = 480;
-  record.score = 0.7;
-  record.views = {{4, 9}, {1, 3}};
-  return record;
-}
-
-SceneModel SceneOfJoints(int count, KeptMatches kept) {
-  std::vector<std::string> joints;
-  for (int j = 0; j < count; ++j) {
-    joints.push_back("joint_" + std::to_string(j));
-  }
-  SceneModel scene;
-  scene.skeleton = Skeleton("some", joints, {});
-  scene.kept_matches = kept;
-  return scene;
-}
-
-TEST(PoseOf, KeepsRequestedPartsOfMatches) {
-  const FrameRecord record = TwoViewRecord();
-  const FinalPose none =
-      PoseOf(record, SceneOfJoints(3, KeptMatches::kNone), false);
-  EXPECT_EQ(none.frame, 12);
-  EXPECT_EQ(none.time, 480);
-  EXPECT_EQ(none.person.score, 0.7);
-  EXPECT_EQ(none.person.joints.size(), 3u);
-  EXPECT_TRUE(none.person.matches.empty());
-  EXPECT_TRUE(none.person.covariances.empty());
-  const FinalPose views =
-      PoseOf(record, SceneOfJoints(3, KeptMatches::kDetections), true);
-  ASSERT_EQ(views.person.matches.size(), 2u);
-  EXPECT_EQ(views.person.matches[1].view_idx, 1);
-  EXPECT_EQ(views.person.matches[1].detection_idx, 3);
-  EXPECT_TRUE(views.person.matches[0].weights.empty());
-  EXPECT_EQ(views.person.covariances.size(), 3u);
-  const FinalPose all =
-      PoseOf(record, SceneOfJoints(3, KeptMatches::kWeights), false);
-  EXPECT_EQ(all.person.matches[0].weights.size(), 3u);
-}
-
-TEST(WriteJoint, SetsTheWeightsOfTheMeasuringViews) {
-  SmallChain small;
-  small.At(1, 1).weight = 0.5;
-  small.At(1, 0).gated = true;
-  // The third view's measurement of the frame does not exist.
-  small.chain.measurements.pop_back();
-  --small.chain.first.back();
-  FrameRecord record = TwoViewRecord();
-  record.views.push_back({2, 0});
-  FinalPose pose =
-      PoseOf(record, SceneOfJoints(3, KeptMatches::kWeights), true);
-  const Eigen::Matrix3d covariance = 0.01 * Eigen::Matrix3d::Identity();
-  WriteJoint(small.chain, 1, 2, JointStatus::kObserved, 2, &covariance,
-             &pose.person);
-  const Joint3d& joint = pose.person.joints[2];
-  EXPECT_EQ(joint.status, JointStatus::kObserved);
-  EXPECT_EQ(joint.position_m, Eigen::Vector3d(0.2, -0.1, 1.0));
-  EXPECT_EQ(pose.person.inlier_views, (std::vector<int>{0, 0, 2}));
-  EXPECT_EQ(pose.person.covariances[2], covariance);
-  EXPECT_EQ(pose.person.matches[0].weights[2], 0.0);
-  EXPECT_EQ(pose.person.matches[1].weights[2], 0.5);
-  EXPECT_EQ(pose.person.matches[2].weights[2], std::nullopt);
-  EXPECT_EQ(pose.person.matches[1].weights[0], std::nullopt);
-}
-
-TEST(WriteJoint, DerivativeIsTheVelocityOfTheState) {
-  SmallChain small;
-  SceneModel scene = SceneOfJoints(2, KeptMatches::kNone);
-  FinalPose pose = PoseOf(TwoViewRecord(), scene, false);
-  WriteJoint(small.chain, 1, 1, JointStatus::kObserved, 2, nullptr,
-             &pose.person);
-  EXPECT_TRUE(pose.person.derivatives.empty());
-  scene.keep_derivatives = true;
-  pose = PoseOf(TwoViewRecord(), scene, false);
-  small.chain.states[1].tail<3>() << 0.5, -1.0, 2.0;
-  WriteJoint(small.chain, 1, 1, JointStatus::kObserved, 2, nullptr,
-             &pose.person);
-  EXPECT_FALSE(pose.person.derivatives[0].has_value());
-  ASSERT_TRUE(pose.person.derivatives[1].has_value());
-  EXPECT_EQ(pose.person.derivatives[1]->velocity_m_s,
-            Eigen::Vector3d(0.5, -1.0, 2.0));
-  EXPECT_FALSE(pose.person.derivatives[1]->acceleration_m_s2.has_value());
-}
-
-TEST(WriteJoint, MissingJointHasNoPosition) {
-  SmallChain small;
-  FinalPose pose =
-      PoseOf(TwoViewRecord(), SceneOfJoints(1, KeptMatches::kNone), true);
-  const Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
-  WriteJoint(small.chain, 0, 0, JointStatus::kMissing, 1, &covariance,
-             &pose.person);
-  EXPECT_FALSE(pose.person.joints[0].present());
-  EXPECT_TRUE(pose.person.joints[0].position_m.isZero());
-  EXPECT_FALSE(pose.person.covariances[0].has_value());
-  EXPECT_EQ(pose.person.inlier_views[0], 1);
 }
 
 }  // namespace
