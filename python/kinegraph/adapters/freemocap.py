@@ -59,7 +59,7 @@ def read(path, options):
             known = ", ".join(f"{n} ({s})" for n, s in SKELETONS.items())
             raise Refusal(
                 path, "points", f"found {points} joints, expected {known}; "
-                "detections.skeleton names other skeletons"
+                "give other skeletons by detections.skeleton"
             )  # fmt: skip
         joints = 33 if skeleton == "mediapipe33" else points
     elif joints > points:

@@ -234,7 +234,7 @@ TEST(BrokenFiles, DetectionFolders) {
          {"t/cam0/b_01_keypoints.json", OpenPose(75)}},
         "t", "frame 1: appears twice");
   Check(kDetections, {{"a_1_keypoints.json", OpenPose(75)}},
-        "a_1_keypoints.json", "one OpenPose frame");
+        "a_1_keypoints.json", "single OpenPose frame");
   Check(kDetections, {{"t/ours.json", Detections()}}, "t", "whole recording");
   Check(kDetections, {{"t/cam0/a_1_keypoints.json", OpenPose(81)}}, "t",
         "detections.skeleton");
@@ -272,7 +272,7 @@ TEST(BrokenFiles, Detections) {
            {"{\"x\": 1}", "no known"},
            {"hello", "no known"},
            {"", "no known"},
-           {Tracks(), "file of tracks"},
+           {Tracks(), "contains tracks"},
            {"{\"kinegraph_detections\": 1", "line 1"},
            {header("detections\": 1", "detections\": 2"),
             "line 1: kinegraph_detections: found 2, expected 1 .. 1"},

@@ -394,7 +394,7 @@ TEST(Calibration, UnitAndSizeOptions) {
   EXPECT_EQ(ReadCameras(path, options)[0].width_px(), 8);
   options.image_size = {8, 7};
   ExpectInputError([&] { ReadCameras(path, options); },
-                   "8 x 6 px, cameras.image_size 8 x 7");
+                   "8 x 6 px, but cameras.image_size is 8 x 7");
   for (const std::vector<double>& size : std::vector<std::vector<double>>{
            {8}, {8, 6, 3}, {8.5, 6}, {0, 6}, {1e300, 6}}) {
     options.image_size = size;

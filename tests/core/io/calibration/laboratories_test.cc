@@ -230,7 +230,7 @@ TEST(ViconCalibration, ErrorsNameTheFault) {
       {
           {XcpWith("0 0"), "found 4 numbers, expected 5"},
           {WithReplaced(XcpWith("0 0 0"), "0.70710678118654752 0 0", "0.9 0 0"),
-           "no unit quaternion"},
+           "not a unit quaternion"},
           {WithReplaced(XcpWith("0 0 0"), "1920 1080", "1920"), "SENSOR_SIZE"},
       });
 }
@@ -510,7 +510,7 @@ TEST(ColmapCalibration, ErrorsNameFileAndLine) {
       {camera, "1 1 0 0 0 1 2 3 8 cam_2.jpg\n",
        "images.txt: line 1: camera 8 is not in cameras.txt"},
       {camera, "1 1 0 0 0 1 2 3 7\n", "images.txt: line 1: found 9 words"},
-      {camera, "1 2 0 0 0 1 2 3 7 a.jpg\n", "no unit quaternion"},
+      {camera, "1 2 0 0 0 1 2 3 7 a.jpg\n", "not a unit quaternion"},
       {camera, "1 1 0 0 0 1 2 inf 7 a.jpg\n", "found 'inf'"},
       {camera, "# nobody\n", "has no cameras"},
       {camera, image + image, "camera 'cam_2': appears twice"},

@@ -238,7 +238,7 @@ TEST(CalibrationWriter, ReportsASkewThatIsLeftOut) {
     WriteCalibration(folder.path() / "out", format, {Camera(parameters)},
                      &lost_fields);
     EXPECT_THAT(lost_fields,
-                Contains("a skew of up to 0.005000 px is left out"));
+                Contains("a skew of up to 0.005000 px is omitted"));
   }
 }
 

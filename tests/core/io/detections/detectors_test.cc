@@ -205,7 +205,7 @@ TEST(DetectorFiles, MediaPipeTablesMustBeInPixels) {
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).px, Eigen::Vector2d(100, 200));
   EXPECT_FALSE(JointOf(recording, 0, 0, 0, 1).found);
   ExpectFaults("cam2.csv", {{header + "3,0.5,0.25,0.5,0.75,0.25,0.5\n",
-                             "shares of the image, expected pixels"}});
+                             "normalised by the image size, expected pixels"}});
 }
 
 // A table as saved by Excel with decimal commas, and as modified by editors.
@@ -331,16 +331,16 @@ TEST(DetectorFiles, RejectsNormalisedPositions) {
       "take.jsonl",
       {{RecordingOf(1, shares, nobody),
         "take.jsonl: view 'cam1': positions are within x 0.5 .. 0.75 and y "
-        "0.25 .. 0.5, shares of the image, expected pixels: multiply x by the "
-        "image's width"},
+        "0.25 .. 0.5, which are normalised by the image size, expected pixels: "
+        "multiply x by the image's width"},
        {RecordingOf(3, of_signs, of_signs),
         "multiply (x + 1) / 2 by the image's width"},
        {RecordingOf(20, pixels, shares), "view 'cam2'"},
        {RecordingOf(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
         "view 'cam1': positions are within x 6.55e+05 .. 9e+06 and y 1e+05 .. "
-        "1e+06, where no image reaches"},
+        "1e+06, outside any possible image"},
        {RecordingOf(1, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", nobody),
-        "where no image reaches"}});
+        "outside any possible image"}});
   // Accepted: a person in the corner of a view, and joints at the position that
   // represents missing ones.
   const std::string odd =

@@ -123,10 +123,13 @@ TEST(ViewPairing, RefusesAmbiguousPairs) {
     Map map;
     const char* said;
   } cases[] = {
-      {{"cam1"}, {"00_01", "01_01"}, {}, "may belong to '00_01', '01_01'"},
+      {{"cam1"},
+       {"00_01", "01_01"},
+       {},
+       "matches the cameras '00_01', '01_01'"},
       {{"a1", "b1"}, {"1", "2"}, {}, "'a1' and 'b1'"},
       {{"a1", "b1"}, {"1", "2"}, {}, "cameras.map"},
-      {{"a", "b"}, {"a", "b"}, {{"a", "b"}}, "both belong to camera 'b'"},
+      {{"a", "b"}, {"a", "b"}, {{"a", "b"}}, "both match camera 'b'"},
       {{"cam3"}, {"0", "1"}, {}, "view 'cam3'"},
       {{"left", "right"}, {"links"}, {}, "'links'"},
       {{"cam_2", "cam_3"}, {"1", "2"}, {}, "view 'cam_3' has no camera"},
