@@ -83,7 +83,7 @@ int64_t FrameOfName(std::string_view file_name) {
   const bool has_seconds = HasSeconds(name);
   if (number.has_value() && *number < kMost && !has_seconds) return *number;
   const std::string fault =
-      "'" + Printable(std::string(file_name)) + "' holds no frame number";
+      "'" + Printable(std::string(file_name)) + "' contains no frame number";
   if (std::none_of(name.begin(), name.end(), IsDigit)) throw InputError(fault);
   throw InputError(
       fault + " but what looks like " +

@@ -360,7 +360,7 @@ TEST(IdBounds, RenumberingIsReported) {
       const LostFields lost_fields = WriteAs(format, path, OnePerson(id, "a"));
       const auto said = std::count_if(
           lost_fields.begin(), lost_fields.end(), [](const std::string& loss) {
-            return loss.find("numbered anew") != std::string::npos;
+            return loss.find("number people anew") != std::string::npos;
           });
       EXPECT_EQ(said, id == first_lost ? 1 : 0) << format << id;
       EXPECT_EQ(FirstIdIn(path, format), id == first_lost ? 0 : id);

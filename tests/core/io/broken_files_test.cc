@@ -250,7 +250,7 @@ TEST(BrokenFiles, Detections) {
   for (const Case& broken : std::vector<Case>{
            {Replaced(Coco(), "image_id", "image"), "image_id: is missing"},
            {"[" + CocoEntry("\"front.jpg\"") + "]",
-            "entry 0: 'front.jpg' holds no frame number"},
+            "entry 0: 'front.jpg' contains no frame number"},
            {"[" + CocoEntry() + "," + CocoEntry("-1") + "]",
             "entry 1: image_id: found -1"},
            {"[" + CocoEntry("1.5") + "]", "expected an integer"},
@@ -334,12 +334,12 @@ TEST(BrokenFiles, Tracks) {
     return Replaced(FourDAssociation(), what, with);
   };
   Check(kTracks, {}, "nowhere", "No such file");
-  Check(kTracks, {{"x/y", ""}}, "x", "is no known format of tracks");
+  Check(kTracks, {{"x/y", ""}}, "x", "is in no known format of tracks");
   for (const Case& broken : std::vector<Case>{
            {"", "no known format"},
            {"{\"x\": 1}", "no known format"},
            {"hello", "no known format"},
-           {Detections(), "file of detections"},
+           {Detections(), "contains detections"},
            {header("kinegraph\": 1", "kinegraph\": 3"), "line 1: kinegraph"},
            {header("\"m\"", "\"cm\""), "units"},
            {header("\"time\"", "\"tick\""), "time: is missing"},
@@ -419,7 +419,7 @@ TEST(BrokenFiles, Tracks) {
                 Panoptic(), "[{",
                 "[{\"id\": 4, \"joints19\": [" + Repeat("0", 76) + "]}, {"),
             "person 4 appears twice", "body_1.json"},
-           {"MATLAB rules", "is no known format of tracks"},
+           {"MATLAB rules", "is in no known format of tracks"},
            {"MATLAB 5.0" + std::string(116, ' ') + "IM", "is truncated"},
            {"MATLAB 5.0" + std::string(116, ' ') + "MI",
             "is truncated or damaged"},

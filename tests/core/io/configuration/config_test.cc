@@ -129,12 +129,13 @@ TEST(Config, OneNumberOrATableByName) {
 }
 
 TEST(Config, ARemovedKeyNamesItsReplacement) {
-  EXPECT_THAT(ErrorOf("[tracking]\nmax_age = 10"),
-              HasSubstr("sample.toml:2: key 'tracking.max_age': is gone: use "
-                        "tracking.max_age_s"));
+  EXPECT_THAT(
+      ErrorOf("[tracking]\nmax_age = 10"),
+      HasSubstr("sample.toml:2: key 'tracking.max_age': was removed: use "
+                "tracking.max_age_s"));
   // A removed table represents its keys.
   EXPECT_THAT(ErrorOf("", "filters.kalman.jerk_noise.head=50"),
-              HasSubstr("is gone: use filters.kalman.process_noise_scale"));
+              HasSubstr("was removed: use filters.kalman.process_noise_scale"));
 }
 
 TEST(Config, NamesFileLineKeyFoundAndAllowed) {

@@ -361,7 +361,7 @@ TEST(DetectorFiles, RejectsTimesAsFrameNumbers) {
         {"1716223456789012345", "a time in nanoseconds"},
         {"20240520164416789", "a date and time"},
         {"cam1_1716223456.789012", "a time in seconds"},
-        {"99999999999999999999", "holds no frame number"},
+        {"99999999999999999999", "contains no frame number"},
         {"calibration", "'calibration_keypoints.json' holds no frame"}}) {
     const std::string file =
         "take/cam1/" + std::string(name) + "_keypoints.json";

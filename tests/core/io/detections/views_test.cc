@@ -80,7 +80,7 @@ TEST(CocoViews, ErrorsNameTheFault) {
        {with("take/cam10/000005.jpg", "000005.jpg"),
         "image 0: expected the key 'camera', or a folder"},
        {with("take/cam10/000005.jpg", "cam10/a.jpg"),
-        "image 0: 'a.jpg' holds no frame number"},
+        "image 0: 'a.jpg' contains no frame number"},
        {with("\"image_id\": 13", "\"image_id\": 14"),
         "annotation 2: image_id 14 does not occur in images"},
        {with("[10, 20, 2, 0", "[10, 20, 0"), "annotation 0: keypoints"},

@@ -343,9 +343,10 @@ TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
   EXPECT_EQ(Count(frames(1, 90, 500)), 90u);
   // One block more than stated is consistent.
   EXPECT_EQ(Count(OnePoint(1, 90, 90).Pad().Raw(std::string(512, '\7'))), 90u);
-  EXPECT_THAT(ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {300})),
-              HasSubstr("is of 300 frames (POINT:FRAMES) or 200 (the header), "
-                        "and has room for 90"));
+  EXPECT_THAT(
+      ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {300})),
+      HasSubstr("specifies 300 frames (POINT:FRAMES) and 200 frames (the "
+                "header), but has space for 90"));
   EXPECT_THAT(ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {200})),
               HasSubstr("is cut off"));
 }
@@ -479,7 +480,7 @@ TEST_F(TracksC3d, ModelOutputsAreNoJoints) {
             Names{"LKNE"});
   EXPECT_THAT(
       InputErrorOf([&] { ReadLabels(folder_, maker, {"LHipAngles"}); }),
-      HasSubstr("has angles or other results of a model, and no points"));
+      HasSubstr("has angles or other results of a model, but no points"));
 }
 
 // Dense poses of people without a joint in common would outgrow the file.

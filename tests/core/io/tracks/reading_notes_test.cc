@@ -195,7 +195,7 @@ TEST(ReadingNotes, UnitsThatFormatsDoNotState) {
       folder.Write("a.csv", "frame,time_s,id,joint,x_m,y_m,z_m,status\n");
   EXPECT_THAT(
       InputErrorOf([&] { ReadTracks(csv, metres); }),
-      HasSubstr("a.csv: is csv, which specifies its unit; --unit belongs "
+      HasSubstr("a.csv: is csv, which specifies its unit; --unit applies "
                 "to tracks of npz, bvh"));
 }
 

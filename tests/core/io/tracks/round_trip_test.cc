@@ -254,7 +254,7 @@ TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
     EXPECT_THAT(InputErrorOf([&] {
                   ReadTracks(folder.Write("x.trc", replaced('\t', separator)));
                 }),
-                HasSubstr("expected tabulators between cells"));
+                HasSubstr("expected tabs between cells"));
   }
 }
 
@@ -273,7 +273,7 @@ void ExpectErrors(const std::string& name, const std::string& header,
 TEST(TracksTrc, ErrorsNameFileAndLine) {
   ExpectErrors(
       "walk.trc", kTrcHeader,
-      {{"1\t0.0\t1\t2\t3\n", "NumFrames says 2"},
+      {{"1\t0.0\t1\t2\t3\n", "NumFrames is 2"},
        {"1\t0.0\t1\t2\n", "walk.trc: line 6: found 4 cells, expected 5"},
        {"1\t0.0\t1\t2\tx\n", "line 6: found the text 'x', expected a number"},
        {"1\t0,0\t1\t2\t3\n",
@@ -369,7 +369,7 @@ TEST(TracksNpz, ReadsArraysOfNumpy) {
             Eigen::Vector3d(21, 22, 23));
   ASSERT_EQ(write("savez_compressed"), 0);
   EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }),
-              HasSubstr("is compressed, expected numpy.savez"));
+              HasSubstr("is compressed, expected an archive of numpy.savez"));
 }
 
 TEST(TracksPanoptic, JointsAreMappedByName) {
