@@ -172,7 +172,7 @@ TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
            {"--to=csv", tracks, "", "--out is required"},
            {"--to=fbx", tracks, to_out, "is not a format"},
            {"--to=sleap", tracks, to_out, "'sleap' cannot be written"},
-           {"--to=poses", tracks, to_out, "poses is only read: write csv"},
+           {"--to=poses", tracks, to_out, "poses can only be read: write csv"},
            {"--to=coco3d", tracks, to_out, "coco3d was removed"},
            {"--from=csv --to=kinegraph", tracks, to_out,
             "has no column 'frame'"},

@@ -424,7 +424,7 @@ TEST(OutputFolderTest, IsRemovedIfEmpty) {
   EXPECT_THAT(InputErrorOf([&] { OutputFolder file(path + "/file"); }),
               HasSubstr("is a file"));
   EXPECT_THAT(InputErrorOf([&] { OutputFolder file(path + "/file/c"); }),
-              HasSubstr("cannot be made"));
+              HasSubstr("cannot be created"));
 }
 
 }  // namespace

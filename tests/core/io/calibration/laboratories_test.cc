@@ -103,7 +103,7 @@ TEST(QualisysCalibration, ErrorsNameTheFault) {
            "line 9: <intrinsic> has no attribute focalLengthU"},
           {WithReplaced(kQca, "r13=\"0\"", "r13=\"zero\""),
            "r13: found 'zero'"},
-          {WithReplaced(kQca, "</cameras>", "</camera>"), "is no XML"},
+          {WithReplaced(kQca, "</cameras>", "</camera>"), "is not XML"},
           {WithReplaced(kQca, "sensorMaxU=\"122879\"", "sensorMaxU=\"1919\""),
            "sensorMaxU"},
           {WithReplaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
@@ -283,8 +283,8 @@ TEST(OptiTrackCalibration, OtherTextsInUtf16AreRefused) {
     std::string turned = "\xFE\xFF";  // the other byte order
     for (const char c : text) turned += {'\0', c};
     for (const char* name : {"a.toml", "a.json", "a.mcal", "a.txt"}) {
-      EXPECT_THAT(FaultOf(name, Utf16(text)), HasSubstr("is a text in UTF-16"));
-      EXPECT_THAT(FaultOf(name, turned), HasSubstr("is a text in UTF-16"));
+      EXPECT_THAT(FaultOf(name, Utf16(text)), HasSubstr("is UTF-16 text"));
+      EXPECT_THAT(FaultOf(name, turned), HasSubstr("is UTF-16 text"));
     }
   }
 }

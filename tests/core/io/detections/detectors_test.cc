@@ -244,7 +244,7 @@ TEST(DetectorFiles, TablesAsWrittenBySpreadsheetsAndEditors) {
                  "unsure.csv: line 5: left_hip: found the text '11,5', "
                  "expected a number with a decimal point"},
                 {std::string("\xff\xfes\0", 4),
-                 "unsure.csv: is a text in UTF-16, expected UTF-8"}});
+                 "unsure.csv: is UTF-16 text, expected UTF-8"}});
 }
 
 // Expects the first joint, at (0, 0), to be found only if zeros are positions,
@@ -362,7 +362,7 @@ TEST(DetectorFiles, RejectsTimesAsFrameNumbers) {
         {"20240520164416789", "a date and time"},
         {"cam1_1716223456.789012", "a time in seconds"},
         {"99999999999999999999", "contains no frame number"},
-        {"calibration", "'calibration_keypoints.json' holds no frame"}}) {
+        {"calibration", "'calibration_keypoints.json' contains no frame"}}) {
     const std::string file =
         "take/cam1/" + std::string(name) + "_keypoints.json";
     folder.Write(file, R"({"people": []})");

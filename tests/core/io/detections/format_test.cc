@@ -96,7 +96,7 @@ TEST(DetectionExport, LongcwRefusesWhatItCannotExpress) {
   };
   expect("--image_size", {});
   sequence.frames[1].views[0].capture_time += 600'000'000;
-  expect("read as another frame");
+  expect("read as another one");
   sequence.header.frame_rate_hz = 0.0;
   expect("--frame_rate");
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());

@@ -86,7 +86,7 @@ TEST_F(AtomicFilesTest, AFolderAppearsWhenCommitted) {
   for (const auto& [name, says] :
        {std::pair<std::string, const char*>{path, "exists already"},
         {path + "/a.txt", "exists already"},
-        {path + "/no/where", "cannot be made"},
+        {path + "/no/where", "cannot be created"},
         {"", "empty name"}}) {
     EXPECT_THAT(InputErrorOf([&name = name] { AtomicFolder folder(name); }),
                 HasSubstr(says));

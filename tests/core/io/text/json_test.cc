@@ -57,7 +57,7 @@ TEST(ParseJson, LimitsValues) {
   for (size_t i = 1; i < kMaxJsonValues - 1; ++i) objects += ",{}";
   EXPECT_EQ(ParseJson(objects + "]", "a.json").size(), kMaxJsonValues - 1);
   EXPECT_EQ(JsonError(objects + ",{},{}]"),
-            "a.json: holds more than 1000000 values");
+            "a.json: contains more than 1000000 values");
 }
 
 TEST(ParseJson, ErrorsNameNaNAndInfinityWithTheLine) {

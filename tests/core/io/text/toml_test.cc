@@ -78,7 +78,7 @@ TEST(ParseToml, AcceptsLongTextsThatAreNotDeep) {
 
 TEST(ParseToml, LimitsValues) {
   EXPECT_THAT(TomlError("a = [" + Repeated("1,", 1000001) + "]"),
-              HasSubstr("a.toml:1: holds more than 1000000 values"));
+              HasSubstr("a.toml:1: contains more than 1000000 values"));
 }
 
 // The guard is tested with the parser that it protects: accepted texts are
