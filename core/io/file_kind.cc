@@ -35,8 +35,8 @@ FileKind KindByAdapter(const std::string& path) {
   if (const auto adapter = AdapterOf(path)) return KindBy(*adapter);
   throw InputError(
       path, "",
-      "is not a calibration, detections or tracks in a format that is "
-      "recognised (specify the format by --from)");
+      "is not a calibration, detections or tracks in a known format "
+      "(specify the format by --from)");
 }
 
 bool AreSurelyTracks(const std::string& path) {

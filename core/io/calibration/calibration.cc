@@ -37,8 +37,8 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
       head.is_folder
           ? "is a folder without files of a known calibration format, such as "
             "calibration.toml, intri.yml or P0.txt"
-          : "is not a calibration in a format that is recognised (specify the "
-            "format by cameras.format)");
+          : "is not a calibration in a known format (specify the format by "
+            "cameras.format)");
 }
 
 // ---- From records to cameras ----

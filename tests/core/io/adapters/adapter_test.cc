@@ -72,7 +72,7 @@ TEST_F(AdapterTest, AMissingProgramIsNamedWithItsInstallCommand) {
   Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it", ""};
   none.hint = "apt-get install it";
   EXPECT_THAT(InputErrorOf([&] { OutputOf(none, path_); }),
-              HasSubstr("a.xyz: needs it, which cannot be started (No such "
+              HasSubstr("a.xyz: requires it, which cannot be started (No "
                         "file or directory): apt-get install it"));
 }
 

@@ -499,7 +499,7 @@ TEST(ColmapCalibration, ErrorsNameFileAndLine) {
     std::string cameras, images, said;
   } all[] = {
       {"7 FOV 9 9 1 1 1 1 0\n", image,
-       "cameras.txt: line 1: the lens model 'FOV' is not read"},
+       "cameras.txt: line 1: the lens model 'FOV' is not supported"},
       {"7 PINHOLE 640 480 600 610 320\n", image,
        "cameras.txt: line 1: found 3 parameters, expected the 4 of PINHOLE"},
       {"# a\n\n7 PINHOLE 640 480 600 nan 320 240\n", image,

@@ -490,7 +490,7 @@ TEST_F(TracksC3d, PeopleWithoutJointsInCommon) {
     labels.push_back("A" + std::to_string(i) + ":B" + std::to_string(i));
   }
   EXPECT_THAT(InputErrorOf([&] { ReadLabels(folder_, C3dMaker(), labels); }),
-              HasSubstr("names 65 people and 65 joints"));
+              HasSubstr("has 65 people and 65 joints in all"));
   labels.pop_back();
   EXPECT_EQ(ReadLabels(folder_, C3dMaker(), labels).frames[0].people.size(),
             64u);
