@@ -174,7 +174,7 @@ TEST(BrokenFiles, UnbrokenSamplesAreRead) {
 struct Case {
   std::string content;
   std::string expected;         // part of the message
-  std::string file = "f.json";  // its name
+  std::string file = "f.json";  // name of the file
 };
 
 void Check(Reader read, const Files& files, const std::string& open,
@@ -189,7 +189,7 @@ void Check(Reader read, const Files& files, const std::string& open,
 }
 
 TEST(BrokenFiles, OpenPose) {
-  // The second file of a view whose first is good.
+  // The broken file is the second of a view; the first is valid.
   for (const Case& broken : std::vector<Case>{
            {OpenPose(54), "found 54 numbers"},
            {OpenPose(74), "found 74 numbers"},

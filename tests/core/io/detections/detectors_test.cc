@@ -38,7 +38,8 @@ std::string Listed(const std::string& first, const std::string& next,
   return text;
 }
 
-// The last joint is at (125, 50.5), the first has no score.
+// An instance whose last joint is at (125, 50.5) and whose first joint has
+// score 0.
 std::string Instance(int count) {
   return R"({"bbox": [[1, 2, 3, 4]], "bbox_score": 0.9, "keypoints": [)" +
          Listed("[100, 50.5]", "[9, 9]", count - 1) + ", [125, 50.5]" +
@@ -57,7 +58,7 @@ void ExpectHalpe(const DetectionSequence& recording, int64_t frame) {
   EXPECT_EQ(joints[25].confidence, 0.75);
 }
 
-// A list of one frame.
+// A list with one frame.
 std::string Mmpose(int64_t frame, const std::string& instances) {
   return R"([{"frame_id": )" + std::to_string(frame) + R"(, "instances": [)" +
          instances + "]}]";
@@ -83,9 +84,9 @@ TEST(DetectorFiles, MmposeErrorsNameTheEntry) {
                              "keypoints: found 17 joints, expected 26"}});
 }
 
-// The number of joints does not identify a layout: H36M has 17, as COCO;
-// CrowdPose's 14 are in no layout that is known.
-TEST(DetectorFiles, MmposeJointsByTheFilesNames) {
+// The number of joints does not identify a layout: H36M has 17 joints like
+// COCO, and the 14 joints of CrowdPose match no known layout.
+TEST(DetectorFiles, MmposeJointsFollowNamesInTheFile) {
   const auto file = [](const std::string& meta, int joints) {
     return R"({"meta_info": {)" + meta + R"(}, "instance_info": )" +
            Mmpose(0, Instance(joints)) + "}";
@@ -181,7 +182,7 @@ std::vector<std::pair<int, int>> EndsOf(const Skeleton& skeleton) {
   return ends;
 }
 
-TEST(DetectorFiles, CocoBonesAreThoseOfTheFile) {
+TEST(DetectorFiles, CocoBonesFollowTheFile) {
   const Skeleton skeleton =
       RecordingIn("all.json",
                   R"({"images": [{"id": 1, "file_name": "cam1/1.jpg"}], )"
@@ -208,7 +209,7 @@ TEST(DetectorFiles, MediaPipeTablesMustBeInPixels) {
                              "normalised by the image size, expected pixels"}});
 }
 
-// A table as saved by Excel with decimal commas, and as modified by editors.
+// The table as saved by Excel with decimal commas.
 std::string Semicolons(std::string text) {
   std::replace(text.begin(), text.end(), ',', ';');
   std::replace(text.begin(), text.end(), '.', ',');
@@ -307,7 +308,7 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
   }
 }
 
-// A recording of two views, `count` frames each, as our own detections.
+// A recording of two views with `count` frames each, in kinegraph's format.
 std::string RecordingOf(int count, const std::string& first_view,
                         const std::string& second_view) {
   std::string text =
@@ -341,8 +342,8 @@ TEST(DetectorFiles, RejectsNormalisedPositions) {
         "1e+06, outside any possible image"},
        {RecordingOf(1, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", nobody),
         "outside any possible image"}});
-  // Accepted: a person in the corner of a view, and joints at the position that
-  // represents missing ones.
+  // Accepted: a person in the corner of a view, and joints at a position that
+  // represents missing joints.
   const std::string odd =
       WithReplaced(RecordingOf(20, pixels, pixels), pixels, shares);
   for (const std::string& recording :

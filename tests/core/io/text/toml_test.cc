@@ -25,7 +25,7 @@ std::string Repeated(const std::string& part, int count) {
   return text;
 }
 
-// Empty if accepted.
+// The error message; empty if the text is accepted.
 std::string TomlError(const std::string& text) {
   try {
     ToJson(ParseToml(text, "a.toml"));
@@ -110,7 +110,7 @@ TEST(ParseToml, AcceptedTextsNeedLittleStack) {
   for (const char c : std::string("\"'\\#\n\t[]{},a.\x0b")) {
     pieces.emplace_back(1, c);
   }
-  // Plus the needs of the thread and of the test itself.
+  // 64 kB plus the stack of the thread and of the test itself.
   constexpr size_t kStackBytes = (size_t{64} + 32) << 10;
   int taken = 0;
   OnSmallStack(kStackBytes, [&] {
