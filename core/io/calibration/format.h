@@ -29,7 +29,8 @@ struct CalibrationHead {
   std::vector<std::string> names;  // in the folder, sorted
   // The rest applies to files.
   CalibrationSyntax syntax = CalibrationSyntax::kOther;
-  Json json;                      // content of JSON, TOML and YAML files
+  // Content of JSON and TOML files; of YAML files only for recognition.
+  Json json;
   std::optional<XmlElement> xml;  // root element of XML
 
   bool Is(CalibrationSyntax of_file) const {

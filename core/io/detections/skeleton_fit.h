@@ -62,7 +62,7 @@ class SkeletonFit {
     std::vector<Bone> bones;
     std::vector<double> shares;
     std::vector<double> whole_shares;  // of people of whom an ankle is seen
-    // By bone and person, as fractions of the diagonal.
+    // Lengths by bone and person, as fractions of the diagonal.
     std::vector<std::vector<double>> lengths;
   };
 

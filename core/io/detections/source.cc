@@ -124,8 +124,8 @@ std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
   }
   const DetectionHead head = LookAtDetections(path);
   const DetectionFormat* format = RecogniseDetections(head);
-  // A folder with subfolders but without files that were recognised counts as
-  // OpenPose's only if no adapter reads it.
+  // A folder of subfolders without data files is OpenPose's only if no adapter
+  // reads it.
   const bool is_certain = !head.is_folder || head.kind != '\0';
   if (format != nullptr && is_certain) {
     CheckWhole(head, *format);

@@ -53,7 +53,7 @@ bool LeavesUnitOpen(const std::string& path,
 
 // Reads all frames. Throws InputError naming the file. Frames without people
 // are kept (TUM: all 3200). Positions are kObserved unless the format specifies
-// a status. Ids are those in the file; if longcw's exceed 2^31, all are
+// a status. Ids are those in the file; if longcw's reach 2^31, all are
 // replaced by 0, 1, 2 in order of appearance. header.mode is the format's name
 // unless the file specifies it. Times are those in the file, otherwise frame /
 // frame rate, or 0 if the rate is unknown.

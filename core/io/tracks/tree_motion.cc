@@ -496,7 +496,8 @@ class Solver {
   std::vector<Known> positions_;  // [joint][row]
   std::vector<bool> is_ever_seen_;
   std::vector<double> lengths_m_;  // of the bone to each joint
-  // From the chest to its parent in the rest pose, by the chest's mean shape.
+  // Vector from the chest to its parent in the rest pose, by the chest's mean
+  // shape.
   Vector3d back_m_ = Vector3d::Zero();
   TreeMotion motion_;
 };
