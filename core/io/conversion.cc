@@ -36,7 +36,7 @@
 namespace kinegraph {
 namespace {
 
-// A format of one kind of files.
+// A format of calibrations, detections or tracks.
 struct Format {
   FileKind kind;
   std::string name;
@@ -58,7 +58,7 @@ std::string LayoutOf(const TrackFormat& format) {
   return text;
 }
 
-// Derived from the three registries.
+// All formats, from the three tables of formats.
 std::vector<Format> Formats() {
   std::vector<Format> formats;
   for (const CalibrationFormat& format : CalibrationFormats()) {
@@ -87,8 +87,8 @@ std::string TextOf(const std::vector<FileKind>& kinds) {
   return fmt::format("{}", fmt::join(names, " or "));
 }
 
-// Kinds with a format named by --`flag`; throws if no format of that name
-// supports `verb` (reading or writing).
+// The kinds of files that have a format of this name. Throws InputError naming
+// --`flag` if no format of this name supports reading or writing (`can`).
 std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
                               const std::string& verb, bool Format::*can) {
   std::vector<FileKind> kinds;
@@ -103,13 +103,13 @@ std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
   }
   if (!kinds.empty()) return kinds;
   Refuse("--{}: '{}' {}, expected {}{}{}", flag, Printable(name),
-         is_known ? "cannot be " + verb : "is no format",
+         is_known ? "cannot be " + verb : "is not a format",
          flag == "from" ? "auto, " : "", fmt::join(names, ", "),
          WayOnFrom(name));
 }
 
-// The kind to convert: from the two formats and, if several kinds remain, from
-// the input's content.
+// The kind to convert, determined by the two formats and, if several kinds
+// remain, by the input's content.
 FileKind ChooseKind(const ConversionOptions& flags) {
   const std::vector<FileKind> to =
       KindsOf("to", flags.to, "written", &Format::writable);
@@ -123,8 +123,8 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   }
   if (both.size() == 1 && flags.from != "auto") return both.front();
   if (both.empty()) {
-    Refuse("--from={} is of {}, --to={} of {}", flags.from, TextOf(from),
-           flags.to, TextOf(to));
+    Refuse("--from={} is a format of {}, --to={} of {}", flags.from,
+           TextOf(from), flags.to, TextOf(to));
   }
   // Examining a pipe would consume it.
   if (IsPipe(flags.in)) {
@@ -136,15 +136,15 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   }
   const FileKind kind = RecogniseKind(flags.in);
   if (Contains(both, kind)) return kind;
-  // A session's folder holds cameras and detections.
+  // The folder of a session contains cameras and detections.
   if (Contains(both, kDetections) && IsFolder(flags.in) &&
       (RecogniseDetections(LookAtDetections(flags.in)) != nullptr ||
        AdapterOf(flags.in, AdapterKind::kDetections).has_value())) {
     return kDetections;
   }
   throw InputError(flags.in, "",
-                   "holds " + std::string(ToString(kind)) +
-                       ", --to=" + flags.to + " is of " + TextOf(both));
+                   "contains " + std::string(ToString(kind)) + ", but --to=" +
+                       flags.to + " is a format of " + TextOf(both));
 }
 
 // All options of reading.
@@ -162,18 +162,18 @@ struct ConvertOptions {
     visitor.Leave();
     visitor.Enter("tracks");
     visitor.Integer("first_frame", &first_frame, NonNegative(), "",
-                    "frame of the first entry of 4D association's files");
+                    "number of the first frame of 4D association's files");
     visitor.Leave();
   }
 };
 
-// Flags that do not apply to the kind are an error.
+// Throws InputError for flags that do not apply to this kind of files.
 void CheckFlags(const ConversionOptions& flags, FileKind kind) {
   const auto refuse = [kind](const char* name, bool given,
                              const char* belongs_to) {
     if (!given) return;
-    throw InputError("--" + std::string(name) + " belongs to " + belongs_to +
-                     ", the input holds " + ToString(kind));
+    throw InputError("--" + std::string(name) + " applies to " + belongs_to +
+                     ", but the input contains " + ToString(kind));
   };
   if (kind == kDetections) {
     refuse("unit", !flags.unit.empty(), "calibrations and tracks");
@@ -195,7 +195,8 @@ void CheckFlags(const ConversionOptions& flags, FileKind kind) {
   }
   if (!(flags.frame_rate_hz >= 0.0 &&
         flags.frame_rate_hz <= kMaxFrameRate_hz)) {
-    throw InputError("--frame_rate: expected above 0 .. 1e6 Hz");
+    throw InputError(
+        "--frame_rate: expected a rate above 0 and at most 1e6 Hz");
   }
 }
 
@@ -226,7 +227,7 @@ Skeleton SkeletonFlag(const ConversionOptions& flags) {
   }
 }
 
-// ---- One function per kind: reads, writes, and reports how much ----
+// ---- One function per kind: reads, writes and returns the size as text ----
 
 std::string ConvertCalibration(const ConversionOptions& flags,
                                const ConvertOptions& options,
@@ -241,8 +242,9 @@ std::string ConvertCalibration(const ConversionOptions& flags,
     WriteCalibration(flags.out, flags.to, cameras, lost_fields);
     if (!refinement.empty()) {
       lost_fields->push_back(
-          "how the cameras were refined, their clocks and uncertainty are not "
-          "kept");
+          "the record of the refinement (clocks and covariances of the "
+          "cameras) "
+          "is not kept");
     }
   }
   return fmt::format("{} cameras", cameras.size());
@@ -288,7 +290,7 @@ std::string ConvertDetections(const ConversionOptions& flags,
                      source.header().view_names.size());
 }
 
-// "0, 3, 7": the existing identities.
+// The existing identities, such as "0, 3, 7".
 std::string KnownPeople(const std::vector<int64_t>& ids) {
   constexpr size_t kMostShown = 30;
   const size_t shown = std::min(ids.size(), kMostShown);
@@ -296,7 +298,8 @@ std::string KnownPeople(const std::vector<int64_t>& ids) {
                      shown < ids.size() ? ", ..." : "");
 }
 
-// Names of people in the tracks, from the file itself or beside it.
+// Names of the people in the tracks, from the file itself and from its identity
+// edits.
 PersonNames NamesIn(const std::string& path, std::vector<std::string>* notes) {
   PersonNames names = ReadPersonNames(path);
   const std::string edits = SideFileOf(path, kIdentityEnd, notes);
@@ -335,8 +338,8 @@ void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
   if (flags.person.empty()) {
     if (!one_file || ids.size() < 2) return;
     Refuse(
-        "--out={}: a file of this format holds one person, the tracks have "
-        "{}; choose one with --person, or name a folder",
+        "--out={}: a file of this format contains one person, but the tracks "
+        "have {}; choose one with --person, or give a folder",
         Printable(flags.out), KnownPeople(ids));
   }
   const TrackId wanted(WantedPerson(flags, ids));
@@ -359,7 +362,7 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   }
   if (*names == MarkerNames::kOurs) return;
   if (!to.has_marker_names) {
-    throw InputError("--markers belongs to --to=" +
+    throw InputError("--markers requires --to=" +
                      TrackFormatNames([](const TrackFormat& format) {
                        return format.has_marker_names;
                      }));
@@ -367,7 +370,8 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-// Transforms tracks whose file's X, Y, Z are the world axes in `axes`.
+// Rotates tracks from the axes of their file into the world. `axes`: the world
+// axes along the file's X, Y and Z.
 void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   Eigen::Matrix3d world_from_file;
   for (int i = 0; i < 3; ++i) {
@@ -387,7 +391,7 @@ void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   }
 }
 
-// Adds a note, with the remedy, if people do not stand upright in the result.
+// Notes if people do not stand upright in the result, and the remedy.
 void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
               const TrackFormat& to, const std::optional<AxisMap>& axes,
               LostFields* lost_fields) {
@@ -396,19 +400,20 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
     if (!from.axes.has_value()) return;
     if (const auto note = FindReadingNote(stance, from, axes)) {
       lost_fields->push_back(note->text + ": --axes=" + note->axes +
-                             " reads them standing");
+                             " makes them stand upright");
     }
     return;
   }
   const auto note = FindAxesNote(stance, {}, to, axes, StatedUp(from));
   if (!note) return;
   if (note->axes.empty()) {
-    lost_fields->push_back(note->text +
-                           ": no --axes stands them up, tracking with "
-                           "--set=cameras.ground=feet does");
+    lost_fields->push_back(
+        note->text +
+        ": no --axes makes them stand upright, but tracking with "
+        "--set=cameras.ground=feet does");
   } else if (!from.axes.has_value()) {
     lost_fields->push_back(note->text + ": --axes=" + note->axes +
-                           " stands them up");
+                           " makes them stand upright");
   } else {
     // One conversion would apply --axes to both reading and writing.
     const AxisMap right = AxisMap::Parse(note->axes);
@@ -416,12 +421,12 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
         note->text + ": convert to a .jsonl with --axes=" +
         AxesOfReading(axes.value_or(*from.axes),
                       right.sign[1] * Eigen::Vector3d::Unit(right.axis[1])) +
-        " first, and that without");
+        " first, then convert that file without --axes");
   }
 }
 
-// --frame_rate is for input without a rate. Throws if the input's times have a
-// different rate.
+// Throws InputError if the input's times contradict --frame_rate, which is for
+// input without a rate.
 void CheckFrameRate(const ConversionOptions& flags,
                     const TrackSequence& tracks) {
   if (!(flags.frame_rate_hz > 0.0) || tracks.frames.size() < 2) return;
@@ -431,11 +436,12 @@ void CheckFrameRate(const ConversionOptions& flags,
   if (!(seconds > 0.0)) return;
   const double rate_hz =
       static_cast<double>(last.frame - first.frame) / seconds;
-  constexpr double kAlike = 0.01;  // times of single frames may be inaccurate
+  constexpr double kAlike =
+      0.01;  // times of individual frames may be inaccurate
   if (std::abs(rate_hz - flags.frame_rate_hz) <= kAlike * rate_hz) return;
   Refuse(
-      "--frame_rate={:g} is for input that does not specify its rate: the "
-      "times in it are those of {:.6g} Hz",
+      "--frame_rate={:g} is for input that does not specify its rate, but the "
+      "times in the input imply {:.6g} Hz",
       flags.frame_rate_hz, rate_hz);
 }
 
@@ -478,8 +484,10 @@ Conversion Convert(const ConversionOptions& options) {
   if (flags.to.empty()) {
     const TrackFormat* format = TrackFormatOfExtension(flags.out);
     if (format == nullptr) {
-      Refuse("--to is missing, and no format ends as --out={}, expected {}",
-             Printable(flags.out), TrackExtensions());
+      Refuse(
+          "--to is missing, and no format has the extension of --out={}, "
+          "expected {}",
+          Printable(flags.out), TrackExtensions());
     }
     flags.to = format->name;
   }

@@ -9,25 +9,25 @@
 
 namespace kinegraph {
 
-// The command's flags, whose names are used in messages.
+// The flags of `convert`; messages use their names.
 struct ConversionOptions {
-  std::string in;             // file or folder
-  std::string out;            // file or folder
-  std::string from = "auto";  // format, by content
-  std::string to;             // format; empty: by the extension of `out`
-  std::string skeleton;       // this and unit, if the input has none
-  double frame_rate_hz = 0.0;
+  std::string in;                // file or folder
+  std::string out;               // file or folder
+  std::string from = "auto";     // format; "auto": recognised by content
+  std::string to;                // format; empty: by the extension of `out`
+  std::string skeleton;          // if the input does not specify it
+  double frame_rate_hz = 0.0;    // likewise
   std::string unit;              // of calibrations and tracks: m, cm or mm
-  std::string image_size;        // "W,H" px, if a calibration has none
+  std::string image_size;        // "W,H" px, if a calibration lacks it
   std::string axes;              // "x,-z,y": world axes of the file's X, Y, Z
   std::string markers = "ours";  // names of joints: ours, pose2sim or opensim
-  std::string person;            // the one to write, by number or name
-  std::string set;               // keys of reading, "cameras.KEY=value;..."
+  std::string person;            // person to write, by number or name
+  std::string set;               // "cameras.KEY=value;...", for reading
 };
 
 struct Conversion {
   std::string what;        // "500 frames"
-  LostFields lost_fields;  // fields that the format cannot hold
+  LostFields lost_fields;  // what the format cannot store
 };
 
 // Creates the parent folder of `out`. Throws InputError naming flag or file.

@@ -30,13 +30,13 @@ FileKind KindBy(const Adapter& adapter) {
   }
 }
 
-// For files that none of our formats recognises.
+// For files that no format of ours recognises.
 FileKind KindByAdapter(const std::string& path) {
   if (const auto adapter = AdapterOf(path)) return KindBy(*adapter);
   throw InputError(
       path, "",
       "is not a calibration, detections or tracks in a known format "
-      "(name the format by --from)");
+      "(specify the format by --from)");
 }
 
 bool AreSurelyTracks(const std::string& path) {
@@ -72,7 +72,7 @@ FileKind KindOfObject(const JsonHead& head) {
     if (head.Has(key)) return FileKind::kDetections;
   }
   if (head.Has("frames") && head.Has("image_wh")) return FileKind::kDetections;
-  return FileKind::kCalibration;  // its keys may be any names of cameras
+  return FileKind::kCalibration;  // keys may be arbitrary names of cameras
 }
 
 // A projection matrix has twelve numbers, a file of 4D association far more.
@@ -84,8 +84,8 @@ FileKind KindOfNumbers(const std::string& path) {
   return count == 12 ? FileKind::kCalibration : FileKind::kTracks;
 }
 
-// TOML or YAML: begins with a comment, a directive or a table's name in
-// brackets. Arrays of our formats begin with "[{" or are empty.
+// Whether the text begins with a comment, a directive or a table's name in
+// brackets. The JSON arrays of supported formats begin with "[{" or are empty.
 bool LooksLikeTomlOrYaml(const std::string& text) {
   constexpr const char* kSpaces = " \t\r\n";
   const size_t first = text.find_first_not_of(kSpaces);
@@ -97,8 +97,8 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
          text[second] != ']';
 }
 
-// Tables of key points begin with a letter or a quotation mark, unlike all
-// other text formats.
+// Tables of keypoints begin with a letter or a quotation mark; other formats
+// that do are no detections.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
   if (text.empty()) return false;
@@ -107,8 +107,8 @@ bool IsDetectionTable(const std::string& path) {
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 
-// Calibrations of laboratories' programs: by extension, or XML by its first
-// character.
+// Whether the file is a calibration of a motion capture system, by its
+// extension or, for XML, its first character.
 bool IsOfLaboratory(const std::string& path) {
   if (HasExtension(path, {".calib", ".mcal", ".xcp"})) return true;
   const std::string text = BeginningOf(path, 16);

@@ -1,4 +1,4 @@
-// Whether a file holds a calibration, detections or tracks.
+// Whether a file contains a calibration, detections or tracks.
 #ifndef KINEGRAPH_CORE_IO_FILE_KIND_H_
 #define KINEGRAPH_CORE_IO_FILE_KIND_H_
 
@@ -9,9 +9,10 @@ namespace kinegraph {
 enum class FileKind { kCalibration, kDetections, kTracks };
 const char* ToString(FileKind kind);
 
-// By content, for formats that ReadCameras, OpenDetections or ReadTracks
-// recognise. A heuristic to choose among them; they check the content.
-// Throws InputError when the file cannot be read or resembles none of them.
+// Recognises by its content what ReadCameras, OpenDetections or ReadTracks can
+// read. This is a heuristic to choose one of these functions, which check the
+// content. Throws InputError if the file cannot be read or resembles none of
+// the formats.
 FileKind RecogniseKind(const std::string& path);
 
 }  // namespace kinegraph

@@ -440,7 +440,7 @@ class Interface(Adapters):
             ("echo first >&2; echo the last line >&2; exit 3", "a.xyz: the last line"),
             (f"echo '{head}'; kill -SEGV $$", "was ended by signal 11"),
             (f"echo '{head}'; echo '{{\"frame\": 1, \"vi'; exit 1", "ended with code 1"),
-            (f"echo '{head}'; echo nonsense; sleep 1", "line 2: is no valid JSON"),
+            (f"echo '{head}'; echo nonsense; sleep 1", "line 2: is not valid JSON"),
             ("true", "is empty, expected a header"),
             ("echo '{}'", "kinegraph_detections: is missing"),
         ):

@@ -105,7 +105,7 @@ TEST(Convert, RefinementRecordIsKeptOrReportedLost) {
   EXPECT_EQ(Converted(in + "/own.json --to=kinegraph"), "");
   EXPECT_EQ(ReadTextFile(folder.path() / "own.json"), ReadTextFile(refined));
   EXPECT_THAT(Converted(in + "/other.toml --to=pose2sim"),
-              HasSubstr("clocks and uncertainty are not kept"));
+              HasSubstr("(clocks and covariances of the cameras) is not kept"));
   // An invalid record is not copied.
   WriteCameras(refined, ReadCameras(recording.cameras), "{\"cameras\": 3}");
   EXPECT_THAT(Refused(in + "/broken.json --to=kinegraph"),
@@ -170,29 +170,29 @@ TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
   for (const auto& [flags, in, to, expected] : std::vector<Case>{
            {"", tracks, to_out, "--to is missing"},
            {"--to=csv", tracks, "", "--out is required"},
-           {"--to=fbx", tracks, to_out, "is no format"},
+           {"--to=fbx", tracks, to_out, "is not a format"},
            {"--to=sleap", tracks, to_out, "'sleap' cannot be written"},
-           {"--to=poses", tracks, to_out, "poses is only read: write csv"},
+           {"--to=poses", tracks, to_out, "poses can only be read: write csv"},
            {"--to=coco3d", tracks, to_out, "coco3d was removed"},
            {"--from=csv --to=kinegraph", tracks, to_out,
             "has no column 'frame'"},
            {"--to=longcw", detections, to_out, "--image_size"},
            {"--from=openpose --to=trc", tracks, to_out,
-            "--from=openpose is of detections, --to=trc of tracks"},
+            "--from=openpose is a format of detections, --to=trc of tracks"},
            {"--to=csv", cameras, to_out,
-            "holds calibrations, --to=csv is of tracks"},
+            "contains calibrations, but --to=csv is a format of tracks"},
            {"--to=krt", tracks, to_out,
-            "holds tracks, --to=krt is of calibrations"},
+            "contains tracks, but --to=krt is a format of calibrations"},
            {"--to=kinegraph", scrap, to_out, "scrap.bin"},
            {"--to=kinegraph", "missing.json", to_out, "missing.json"},
            {"--from=krt --to=tum", lens, to_out, "has a lens"},
            {"--to=csv --unit=cm", tracks, to_out,
-            "specifies its unit; --unit belongs to tracks of"},
+            "specifies its unit; --unit applies to tracks of"},
            {"--to=krt --skeleton=coco17", cameras, to_out,
-            "--skeleton belongs to"},
+            "--skeleton applies to"},
            {"--to=csv --frame_rate=61", tracks, to_out,
             "--frame_rate=61 is for input that does not specify its rate"},
-           {"--to=trc --axes=x,z,y", tracks, to_out, "mirror image"},
+           {"--to=trc --axes=x,z,y", tracks, to_out, "mirroring"},
            {"--to=csv --skeleton=octopus", tracks, to_out, "--skeleton"},
            {"--to=krt --set=cameras.unitt=cm", cameras, to_out, "cameras.unit"},
            {"--to=krt --image_size=640", cameras, to_out, "image_size"},
@@ -225,17 +225,19 @@ TEST(Convert, NotesRotatedWorldsAndTheUpDirection) {
   // A file whose Z is up although its format defines Y as up.
   EXPECT_THAT(convert(tracks, "side.trc", "--axes=x,y,z"),
               HasSubstr("people stand along z of the world, not along y, which "
-                        "trc shows as up: --axes=x,z,-y stands them up"));
+                        "trc shows as up: --axes=x,z,-y makes them stand "
+                        "upright"));
   EXPECT_THAT(convert(tracks, "mended.trc", "--axes=x,z,-y"), stands);
   const std::string side = folder.path() / "side.trc";
   EXPECT_THAT(convert(side, "side.bvh", ""),
               HasSubstr("people stand along x of the world, not along z, which "
                         "bvh shows as up: convert to a .jsonl with "
-                        "--axes=x,y,z first, and that without"));
+                        "--axes=x,y,z first, then convert that file without "
+                        "--axes"));
   EXPECT_THAT(
       convert(side, "lying.jsonl", ""),
       HasSubstr("people stand along x of the world, not along z, as trc "
-                "is read: --axes=x,y,z reads them standing"));
+                "is read: --axes=x,y,z makes them stand upright"));
   EXPECT_THAT(convert(side, "turned.jsonl", "--axes=x,y,z"), stands);
   EXPECT_THAT(convert(folder.path() / "turned.jsonl", "turned.bvh", ""),
               stands);
@@ -374,13 +376,13 @@ TEST(Convert, ChoosesMarkerNamesAndPerson) {
   EXPECT_EQ(chosen("Anna", tracks), TrackId(8));
   const std::multimap<std::string, std::string> wrong = {
       {"--to=trc --out=" + (folder.path() / "x.trc").string(),
-       "one person, the tracks have 3, 8; choose one with --person"},
+       "one person, but the tracks have 3, 8; choose one with --person"},
       {"--to=csv --person=5 --out=" + (folder.path() / "x").string(),
        "no '5' in the tracks, expected one of 3, 8"},
       {"--to=csv --person=Bob --out=" + (folder.path() / "x").string(),
        "expected one of 3, 8, 'Bea', 'Anna'"},
       {"--to=4da --markers=pose2sim --out=" + (folder.path() / "x").string(),
-       "--markers belongs to"},
+       "--markers requires --to="},
       {"--to=csv --markers=vicon --out=" + (folder.path() / "x").string(),
        "ours, pose2sim, opensim"}};
   for (const auto& [arguments, expected] : wrong) {

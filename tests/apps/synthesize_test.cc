@@ -115,7 +115,8 @@ TEST_F(SynthesizeTest, BadInputGivesOneLineAndExitCodeTwo) {
       {"[noise]\nclock_offset = [0, 0, 0, 0, 0, 0, 0]\n",
        ":2: key 'noise.clock_offset'"},
       {"[noise.model]\nfile = \"none.json\"\n",
-       ":2: key 'noise.model.file': is gone: specify the detector's errors"},
+       ":2: key 'noise.model.file': was removed: specify the detector's "
+       "errors"},
       {"[scene]\nseed = 1\n[motion]\nhold = [2]\n",
        "bad.toml:4: key 'motion.hold'"},
       {"[scene\n", ""}};

@@ -222,9 +222,9 @@ class Module(unittest.TestCase):
             told = self.assert_as_convert(source, own, *flags.split())
             self.assertEqual(told, len(losses), flags)
         for error, source, options in (
-            ("--to: 'docx' is no format", "truth.jsonl", {"to": "docx"}),
+            ("--to: 'docx' is not a format", "truth.jsonl", {"to": "docx"}),
             ("--to is missing", "truth.jsonl", {}),
-            ("--axes belongs to tracks", "cameras.json", {"to": "krt", "axes": "x,y,z"}),
+            ("--axes applies to tracks", "cameras.json", {"to": "krt", "axes": "x,y,z"}),
         ):
             with self.assertRaisesRegex(kg.InputError, error):
                 kg.convert(self.in_take(source), self.in_folder("out.docx"), **options)

@@ -83,7 +83,7 @@ bool ReadAll(int descriptor, int silence_ms, size_t most, std::string* text) {
   return false;
 }
 
-// The last line that is not empty of a program's standard error.
+// The last line of a program's standard error that is not empty.
 std::string LastLine(std::FILE* file) {
   std::string text;
   std::rewind(file);
@@ -98,18 +98,18 @@ std::string LastLine(std::FILE* file) {
   return text.substr(text.find_last_of('\n') + 1);
 }
 
-// The error with which a program ended; empty: none.
+// The error of a program that has ended; empty if it succeeded.
 std::string Fault(const ProcessEnd& end, const std::string& name,
                   const std::string& hint, const std::string& said) {
   if (end.not_started != 0) {
-    return "needs " + name + ", which cannot be started (" +
+    return "requires " + name + ", which cannot be started (" +
            std::strerror(end.not_started) + ")" +
            (hint.empty() ? "" : ": " + hint);
   }
   if (end.signal != 0) {
     return "its adapter (" + name + ") was ended by signal " +
            std::to_string(end.signal) +
-           ": it is damaged, or too large for the memory";
+           ": the file may be damaged, or too large for the memory";
   }
   if (end.code == 0) return "";
   if (!said.empty()) return said;
@@ -117,13 +117,14 @@ std::string Fault(const ProcessEnd& end, const std::string& name,
          std::to_string(end.code);
 }
 
-// Prepends the path unless it is there already.
+// Throws InputError; prepends the path unless the message begins with it.
 [[noreturn]] void Throw(const std::string& path, const std::string& fault) {
   if (fault.rfind(path, 0) == 0) throw InputError(fault);
   throw InputError(path, "", fault);
 }
 
-// Protects the inputs from being overwritten, and detects changes to them.
+// Notes the input files, so that they are not overwritten and changes to them
+// are detected.
 void NoteInputs(const std::string& path) {
   const auto note = [](const std::string& file) {
     const Descriptor opened(OpenToRead(file));
@@ -177,12 +178,13 @@ std::optional<Adapter> Asked(std::vector<std::string> command,
   const auto ended = Run(std::move(words), &printed, &said);
   if (!ended.has_value()) {
     Throw(path, "cannot be recognised: " + command.front() +
-                    " has not answered --recognise within " +
+                    " did not answer --recognise within " +
                     std::to_string(kRecognise_ms / 1000) + " s");
   }
   const ProcessEnd& end = *ended;
-  // For a user's program any failure means that it does not recognise the file.
-  // Ours fails only on an error, and is optional for other files.
+  // A failure of a user's program means that it does not recognise the file.
+  // kinegraph-adapters fails only on an error; it need not be installed for
+  // other files.
   if (end.not_started != 0 && !is_own) {
     throw InputError(
         "--adapter", command.front(),
@@ -235,7 +237,7 @@ std::optional<Adapter> Only(const std::optional<Adapter>& adapter,
 }  // namespace
 
 void SetAdapter(const std::string& program) {
-  // A path, not a name in PATH: the user means a file.
+  // The user means a file, so a bare name is not searched in PATH.
   TheSettings().given =
       program.empty() || program.find('/') != std::string::npos
           ? program
@@ -301,7 +303,7 @@ class AdapterRun::Impl {
     Pipe::Close(&pipe_.write);
   }
 
-  // The reader owns it from here on.
+  // The caller owns the descriptor from here on.
   int TakeOutput() { return std::exchange(pipe_.read, -1); }
   int silence_ms() const { return silence_ms_; }
 

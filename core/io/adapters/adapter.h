@@ -1,7 +1,8 @@
-// Programs that print files of other formats as our own JSON Lines
-// (docs/adapters.md). Ours are in kinegraph-adapters; the user's are in a
-// folder known to it, or given by SetAdapter. Neither a recording nor a
-// configuration can start one. For core/io only, except for the setters.
+// Adapters: programs that print files of other formats as kinegraph's JSON
+// Lines (docs/adapters.md). kinegraph's own are in kinegraph-adapters; a user's
+// adapters are in a folder that kinegraph-adapters searches, or given by
+// SetAdapter. Neither a recording nor a configuration can start a program. For
+// core/io only, except for the setters.
 #ifndef KINEGRAPH_CORE_IO_ADAPTERS_ADAPTER_H_
 #define KINEGRAPH_CORE_IO_ADAPTERS_ADAPTER_H_
 
@@ -14,11 +15,11 @@
 
 namespace kinegraph {
 
-// The user's program, which is tried before any format of ours (--adapter);
+// The user's program (--adapter), which is tried before all built-in formats;
 // empty: none.
 void SetAdapter(const std::string& program);
-// Command of kinegraph-adapters. Default: the one beside this program, else the
-// one in PATH.
+// Command of kinegraph-adapters. Default: kinegraph-adapters in the folder of
+// this program, otherwise in PATH.
 void SetOwnAdapters(const std::vector<std::string>& command);
 
 enum class AdapterKind { kCameras, kDetections, kTracks };
@@ -26,20 +27,20 @@ enum class AdapterKind { kCameras, kDetections, kTracks };
 struct Adapter {
   std::vector<std::string> command;  // the path is appended
   AdapterKind kind = AdapterKind::kDetections;
-  std::string name;  // of its format, or of the program
+  std::string name;  // of the format, or of the program
   std::string hint;  // how to install it, if it may be missing
 };
 
 // The program of SetAdapter, if it recognises the path.
 std::optional<Adapter> GivenAdapterOf(const std::string& path);
-// Any adapter that recognises the path. Programs are asked once per state of
-// the path. Throws InputError if a program cannot be started.
+// Any adapter that recognises the path. A program is asked again only if the
+// path has changed. Throws InputError if a program cannot be started.
 std::optional<Adapter> AdapterOf(const std::string& path);
-// The same, for adapters of this kind only.
+// The same, but only adapters of this kind.
 std::optional<Adapter> GivenAdapterOf(const std::string& path,
                                       AdapterKind kind);
 std::optional<Adapter> AdapterOf(const std::string& path, AdapterKind kind);
-// One of kinegraph-adapters, regardless of the path.
+// The adapter of kinegraph-adapters for this format.
 Adapter OwnAdapter(const std::string& format, AdapterKind kind);
 
 // A running adapter that reads a path.
@@ -52,11 +53,11 @@ class AdapterRun {
              const std::vector<std::string>& options = {}, int silence_ms = -1);
   ~AdapterRun();  // ends the program
 
-  // Its standard output, to be closed by the caller.
+  // The program's standard output, which the caller closes.
   int TakeOutput();
   int silence_ms() const;
-  // Call after all was read. Throws InputError naming path and cause if the
-  // program failed.
+  // Call this after all output was read. Throws InputError naming path and
+  // cause if the program failed.
   void Finish();
 
   // Calls `read`. If it throws because the program failed midway, throws the
@@ -78,12 +79,13 @@ class AdapterRun {
   std::unique_ptr<Impl> impl_;
 };
 
-// All that it prints.
+// All output of an adapter.
 std::string OutputOf(const Adapter& adapter, const std::string& path);
 
-// Writes a format by kinegraph-adapters: `write` writes our lines to the file
-// name it is given. Returns the bytes of the format. Throws as AdapterRun does,
-// naming `path`.
+// Converts to a format by kinegraph-adapters: `write` writes kinegraph's JSON
+// Lines to the file whose name it receives. Returns the content of the
+// converted file. Throws InputError naming `path` if the program cannot be
+// started or fails.
 std::string WriteByAdapter(
     const std::string& format, const std::string& path,
     const std::function<void(const std::string& lines)>& write);

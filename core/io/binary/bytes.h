@@ -1,4 +1,4 @@
-// Numbers as bytes, and the greatest size of decompressed data. For core/io
+// Numbers as bytes, and the maximum size of decompressed data. For core/io
 // only.
 #ifndef KINEGRAPH_CORE_IO_BINARY_BYTES_H_
 #define KINEGRAPH_CORE_IO_BINARY_BYTES_H_
@@ -13,7 +13,7 @@
 namespace kinegraph {
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
-              "files of little-endian numbers are written as memory has them");
+              "files of little-endian numbers are copies of memory");
 
 // Appends the numbers in little-endian order.
 template <typename... Values>
@@ -30,9 +30,9 @@ Value NumberAt(std::string_view bytes, size_t at) {
   return value;
 }
 
-// Deflate's ratio is at most 1032, for constant data. A file with room for 250
-// people and the coordinates of one reaches 256; the constant term allows small
-// files that are constant throughout.
+// Limit for the size of decompressed data. Deflate's ratio is at most 1032, for
+// constant data. A file with space for 250 people but only one person in it
+// reaches 256; the constant term permits small files of constant data.
 constexpr uint64_t MostUnpackedBytes(uint64_t stored_bytes) {
   return (uint64_t{32} << 20) + 256 * stored_bytes;
 }

@@ -12,7 +12,7 @@
 namespace kinegraph {
 namespace {
 
-// Continues the checksum `crc` with `bytes`; 0 is that of no data.
+// Continues the checksum `crc` with `bytes`; the checksum of no data is 0.
 uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
   if (bytes.empty()) return crc;  // zlib resets the sum if there is no data
   return static_cast<uint32_t>(
@@ -22,9 +22,10 @@ uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
 constexpr uint16_t kVersion = 20;  // of the archive: 2.0
 constexpr uint16_t kNone = 0;
 
-// Fields common to local header and central directory, from "version needed" to
-// the length of the extra field: no flags, not compressed, and the first second
-// of 1980 as a fixed time, so that the same input gives the same bytes.
+// Appends the fields that local header and central directory have in common,
+// from "version needed" to the length of the extra field: no flags, not
+// compressed, and the first second of 1980 as a fixed time, so that the same
+// input gives the same bytes.
 void AppendCommon(const std::string& name, uint32_t crc, uint32_t size,
                   std::string* bytes) {
   constexpr uint16_t kFirstDay = 0x21;
@@ -41,7 +42,7 @@ std::string ShapeText(const std::vector<size_t>& shape) {
 }
 
 // Magic, version, length and a Python dictionary, padded so that the data
-// begin at a multiple of 64.
+// begins at a multiple of 64 bytes.
 std::string NpyHeader(const std::string& type,
                       const std::vector<size_t>& shape) {
   std::string dictionary =
@@ -114,7 +115,7 @@ bool CastFrom(const NpyArray& array, std::vector<To>* values) {
   return true;
 }
 
-// False for a type that is not one of NumPy's integers.
+// False unless the type is int8, uint8, int16, int32 or int64.
 template <typename To>
 bool CastIntegers(const NpyArray& array, std::vector<To>* values) {
   return CastFrom<int8_t>(array, values) || CastFrom<uint8_t>(array, values) ||
@@ -153,8 +154,8 @@ void NpzFile::AddBytes(const std::string& name, const std::string& type,
   constexpr uint64_t kDirectory = 4096;  // far more than the entries need
   if (offset_ + size + kDirectory > kMaxBytes) {
     throw InputError(file_.path(), "",
-                     "would have more than 4 GB, which this format does not "
-                     "hold; take fewer frames or CSV");
+                     "would exceed 4 GB, the limit of this format; write fewer "
+                     "frames, or CSV");
   }
   Entry entry;
   entry.name = name + ".npy";
@@ -178,13 +179,13 @@ void NpzFile::Commit() {
   for (const Entry& entry : entries_) {
     AppendNumbers(&directory, uint32_t{0x02014B50}, kVersion);
     AppendCommon(entry.name, entry.crc, entry.size, &directory);
-    // No comment, on the first disk.
+    // No extra field, no comment, first disk.
     AppendNumbers(&directory, kNone, kNone, kNone, kNoAttributes, entry.offset);
     directory += entry.name;
   }
   const auto count = static_cast<uint16_t>(entries_.size());
   const auto size = static_cast<uint32_t>(directory.size());
-  // A single disk, numbered 0, holds the directory; no comment.
+  // The directory is on a single disk, number 0; no comment.
   AppendNumbers(&directory, uint32_t{0x06054B50}, kNone, kNone, count, count,
                 size, static_cast<uint32_t>(offset_), kNone);
   file_.Write(directory);
@@ -213,10 +214,10 @@ void NpzReader::Fail(const std::string& name,
   throw InputError(path_, name, message);
 }
 
-// Section 4.3.16 of APPNOTE.TXT: the end record is searched from the end,
-// because a comment may follow it. Then each entry of the central directory
-// (4.3.12), whose sizes are used; a local header (4.3.7) only gives the offset
-// of its data.
+// Searches the end record (section 4.3.16 of APPNOTE.TXT) from the end of the
+// file, because a comment may follow it, and reads each entry of the central
+// directory (4.3.12). Sizes are those in the directory; local headers (4.3.7)
+// are only needed for the offset of the data.
 void NpzReader::ReadDirectory() {
   constexpr size_t kEndBytes = 22;
   constexpr size_t kEntryBytes = 46;
@@ -224,7 +225,7 @@ void NpzReader::ReadDirectory() {
   const std::string_view text = text_;
   const size_t end = text.rfind("PK\x05\x06");
   if (end == std::string_view::npos || text.size() - end < kEndBytes) {
-    Fail("", "is no complete .npz archive");
+    Fail("", "is not a complete .npz archive");
   }
   const auto count = NumberAt<uint16_t>(text, end + 10);
   size_t at = NumberAt<uint32_t>(text, end + 16);
@@ -249,7 +250,7 @@ void NpzReader::ReadDirectory() {
     }
     name = Printable(name);
     if (method != 0) {
-      Fail(name, "is compressed, expected numpy.savez, which does not");
+      Fail(name, "is compressed, expected an archive of numpy.savez");
     }
     if (local > end || end - local < kLocalBytes) Fail(name, "is damaged");
     const size_t begin = local + kLocalBytes +
@@ -269,7 +270,7 @@ NpyArray NpzReader::Parse(const std::string& name,
                           std::string_view file) const {
   constexpr size_t kMagicBytes = 8;
   if (file.size() < kMagicBytes + 4 || file.substr(0, 6) != "\x93NUMPY") {
-    Fail(name, "is no array of NumPy's");
+    Fail(name, "is not a NumPy array");
   }
   // Version 1 has two bytes for the length of the header, later ones four.
   const bool is_first = file[6] == 1;
@@ -304,14 +305,14 @@ NpyArray NpzReader::Parse(const std::string& name,
   size_t width = array.type.size() < 3
                      ? 0
                      : ParseNumber<size_t>(array.type.substr(2)).value_or(0);
-  // Elements of zero bytes could have any count.
+  // The count of elements of zero bytes cannot be checked.
   if (width == 0 || width > kWidest) {
     Fail(name, "has the type '" + Printable(array.type) + "'");
   }
   if (array.type[1] == 'U') width *= 4;
   if (array.bytes.size() != total * width) {
     Fail(name, "has " + std::to_string(array.bytes.size()) +
-                   " bytes, its shape and type need " +
+                   " bytes, but its shape and type require " +
                    std::to_string(total * width));
   }
   return array;

@@ -17,7 +17,7 @@
 
 namespace kinegraph {
 
-// CRC-32 of zip (reflected polynomial 0xEDB88320).
+// CRC-32 as in zip (reflected polynomial 0xEDB88320).
 uint32_t Crc32(std::string_view bytes);
 
 // NumPy's name of a number type: "<f8".
@@ -35,8 +35,8 @@ class NpzFile {
  public:
   explicit NpzFile(const std::string& path) : file_(path) {}
 
-  // Arrays in C order; an empty `shape` is a single value. The bytes are those
-  // of this machine, which must be little-endian.
+  // Adds an array in C order; an empty `shape` means a single value. The bytes
+  // are those of this machine, which must be little-endian.
   template <typename Value>
   void Add(const std::string& name, const std::vector<size_t>& shape,
            const std::vector<Value>& values) {
@@ -44,7 +44,7 @@ class NpzFile {
              {reinterpret_cast<const char*>(values.data()),
               values.size() * sizeof(Value)});
   }
-  // UTF-8 texts as fixed-width unicode.
+  // Adds UTF-8 texts as fixed-width unicode.
   void AddTexts(const std::string& name, const std::vector<size_t>& shape,
                 const std::vector<std::string>& texts);
 
@@ -78,8 +78,8 @@ struct NpyArray {
   size_t Count() const;  // of elements
 };
 
-// Uncompressed archives (numpy.savez), and .npy files, which are read as one
-// array with an empty name.
+// Reads uncompressed archives (numpy.savez), and .npy files as one array with
+// an empty name.
 class NpzReader {
  public:
   // Reads the whole file. All functions throw InputError naming file and array.
@@ -90,11 +90,12 @@ class NpzReader {
   bool Has(const std::string& name) const { return arrays_.count(name) > 0; }
   // The array, which must exist with this number of dimensions.
   const NpyArray& At(const std::string& name, size_t dimensions) const;
-  // Numbers of any real NumPy type; Integers requires one of its integer types.
+  // Numbers accepts float64, float32 and the types that Integers accepts: int8,
+  // uint8, int16, int32 and int64.
   std::vector<double> Numbers(const std::string& name, size_t dimensions) const;
   std::vector<int64_t> Integers(const std::string& name,
                                 size_t dimensions) const;
-  // Fixed-width unicode as UTF-8.
+  // Texts of fixed-width unicode, as UTF-8.
   std::vector<std::string> Texts(const std::string& name,
                                  size_t dimensions) const;
 

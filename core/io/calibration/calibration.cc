@@ -17,8 +17,9 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
   if (name != "auto") {
     const CalibrationFormat* format = FindCalibrationFormat(name);
     if (format == nullptr) {
-      throw OptionError("cameras.format",
-                        "found '" + Printable(name) + "', which is no format");
+      throw OptionError(
+          "cameras.format",
+          "found '" + Printable(name) + "', which is no calibration format");
     }
     return format->read(LookAtCalibration(path, *format));
   }
@@ -34,9 +35,9 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
   throw InputError(
       path, "",
       head.is_folder
-          ? "is a folder without calibration.toml, intri.yml, P0.txt or other "
-            "files of a known calibration format"
-          : "is not a calibration in a known format (name the format by "
+          ? "is a folder without files of a known calibration format, such as "
+            "calibration.toml, intri.yml or P0.txt"
+          : "is not a calibration in a known format (specify the format by "
             "cameras.format)");
 }
 
@@ -65,7 +66,7 @@ double PerMetre(const CalibrationFile& file, const std::string& path,
                 LengthUnit option) {
   if (file.states_unit && option != LengthUnit::kAuto && option != file.unit) {
     throw InputError(path, "",
-                     "states its unit, cameras.unit cannot change it");
+                     "specifies its unit, which cameras.unit cannot change");
   }
   switch (option == LengthUnit::kAuto ? file.unit : option) {
     case LengthUnit::kCentimetre:
@@ -81,7 +82,7 @@ std::string Text(const ImageSize& size) {
   return std::to_string(size.width_px) + " x " + std::to_string(size.height_px);
 }
 
-// Turns one record into a camera; every error names file and camera.
+// Makes a camera of a record; every error names file and camera.
 class CameraBuilder {
  public:
   CameraBuilder(const CameraRecord& record, double per_metre,
@@ -99,7 +100,8 @@ class CameraBuilder {
       parameters.lens = ChooseLens();
       parameters.R = record_.R;
       if (record_.centre.has_value()) {
-        // Orthonormalise the rotation first, which keeps the centre in place.
+        // Compute t from the orthonormalised rotation, so that the centre is
+        // exact.
         parameters.R = Camera(parameters).R();
         parameters.t = -(parameters.R * (*record_.centre / per_metre_));
       } else {
@@ -107,7 +109,7 @@ class CameraBuilder {
       }
       Camera camera(parameters);
       if (!camera.P().allFinite() || !camera.centre().allFinite()) {
-        Fail("the numbers are too large to project with");
+        Fail("the numbers are too large for a projection");
       }
       return camera;
     } catch (const OptionError& error) {
@@ -133,8 +135,8 @@ class CameraBuilder {
     if (own.width_px == 0 || IsScaled(own, option)) return option;
     if (option.width_px != 0 && (own.width_px != option.width_px ||
                                  own.height_px != option.height_px)) {
-      Fail("the file says " + Text(own) + " px, cameras.image_size " +
-           Text(option));
+      Fail("the image size is " + Text(own) +
+           " px, but cameras.image_size is " + Text(option));
     }
     return own;
   }
@@ -154,8 +156,8 @@ class CameraBuilder {
     if (record_.normalised_K) {
       if (size.width_px == 0) {
         Fail(
-            "K belongs to coordinates divided by the image size; "
-            "cameras.image_size must give it");
+            "K refers to coordinates divided by the image size, which "
+            "cameras.image_size must specify");
       }
       K.row(0) *= static_cast<double>(size.width_px);
       K.row(1) *= static_cast<double>(size.height_px);
@@ -176,7 +178,7 @@ class CameraBuilder {
   std::shared_ptr<const Lens> ChooseLens() const {
     if (options_.ignore_distortion) return nullptr;
     std::vector<double> coefficients = record_.distortion;
-    // Longer OpenCV models whose further terms are zero are equivalent.
+    // A longer OpenCV model whose additional terms are zero is equivalent.
     const size_t count = record_.lens_model == kFisheyeModel ? 4 : 5;
     while (coefficients.size() > count && coefficients.back() == 0.0) {
       coefficients.pop_back();
@@ -214,13 +216,13 @@ std::vector<const CameraRecord*> Choose(const CalibrationFile& file,
     if (at == by_name.end()) {
       throw InputError(path, "",
                        "has no camera '" + Printable(name) +
-                           "', which cameras.use names; its first is '" +
+                           "', which cameras.use lists; its first camera is '" +
                            Printable(file.cameras.front().name) + "' of " +
                            std::to_string(file.cameras.size()));
     }
     if (!seen.insert(name).second) {
       throw OptionError("cameras.use",
-                        "names camera '" + Printable(name) + "' twice");
+                        "lists camera '" + Printable(name) + "' twice");
     }
     chosen.push_back(at->second);
   }
@@ -250,9 +252,9 @@ void CameraReadOptions::Describe(OptionVisitor& visitor) {
   visitor.NumberList("image_size", &image_size, Positive(), "px",
                      "width and height if the calibration does not specify it");
   visitor.Boolean("ignore_distortion", &ignore_distortion,
-                  "take every lens as an ideal pinhole");
+                  "treat every camera as an ideal pinhole camera");
   visitor.TextList("use", &use, "names of the cameras to use; empty: all");
-  visitor.TextMap("map", &map, "camera of a view, where names do not match");
+  visitor.TextMap("map", &map, "camera of each view, if names do not match");
 }
 
 CameraRig ReadCameras(const std::string& path,

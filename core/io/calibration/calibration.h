@@ -1,4 +1,4 @@
-// Reading and writing calibrations. A Camera has pixels, metres and
+// Reading and writing calibrations. A Camera uses pixels, metres and
 // cam_from_world, whatever the conventions of its file.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_CALIBRATION_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_CALIBRATION_H_
@@ -22,12 +22,12 @@ enum class LengthUnit {
   kMillimetre,
 };
 
-// Options of reading cameras: the keys of the table "cameras", which the caller
-// of Describe enters.
+// Options of reading cameras: the keys of the table "cameras". The caller of
+// Describe enters the table.
 struct CameraReadOptions {
   std::string format = "auto";  // or a name of CalibrationFormatNames()
-  // Unit of lengths in the file. kAuto: m, but mm for VoxelPose and cm for
-  // longcw and Panoptic.
+  // Unit of lengths in the file. kAuto: m for most formats, mm for VoxelPose
+  // and bioCV, cm for longcw and Panoptic.
   LengthUnit unit = LengthUnit::kAuto;
   std::vector<double> image_size;  // px: width, height; empty: the file's
   bool ignore_distortion = false;
@@ -51,8 +51,9 @@ struct CalibrationUnit {
 CalibrationUnit UnitOfCalibration(const std::string& path,
                                   const CameraReadOptions& options = {});
 
-// Writes our own format, which reads back bit by bit. `refinement`: a JSON text
-// stored beside the cameras, which readers ignore; empty: none.
+// Writes kinegraph's own format, from which the same bits are read back.
+// `refinement`: a JSON text stored beside the cameras, which readers ignore;
+// empty: none.
 void WriteCameras(const std::string& path, const CameraRig& cameras,
                   const std::string& refinement = "");
 

@@ -31,15 +31,16 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// P = s K [R | t] with K upper triangular, its diagonal positive and
-// K(2,2) = 1, and det R = +1, which fixes the sign of s (Hartley and Zisserman,
-// Multiple View Geometry, section 6.2.4). The RQ decomposition comes from the
-// QR decomposition of the matrix with rows and columns reversed.
+// Decomposes P = s K [R | t] such that K is upper triangular with positive
+// diagonal and K(2,2) = 1, and det R = +1, which determines the sign of s
+// (Hartley and Zisserman, Multiple View Geometry, section 6.2.4). The RQ
+// decomposition comes from the QR decomposition of the matrix with rows and
+// columns reversed.
 void Decompose(const Eigen::Matrix<double, 3, 4>& P, CameraRecord* record) {
   const Eigen::Matrix3d M = P.leftCols<3>();
   const double largest = M.cwiseAbs().maxCoeff();
   const double determinant = (M / largest).determinant();
-  // A determinant this small, relative to the largest element, is rounding.
+  // A smaller determinant, relative to the largest element, is rounding error.
   if (!(largest > 0.0) || !(std::abs(determinant) > 1e-12)) {
     throw InputError(record->file, "",
                      "the left 3 x 3 part of the projection is singular");
@@ -65,7 +66,7 @@ void Decompose(const Eigen::Matrix<double, 3, 4>& P, CameraRecord* record) {
   record->R = R;
 }
 
-// "P12.txt".
+// Whether the name is like "P12.txt".
 bool IsTumName(const std::string& name) {
   return name.size() > 5 && name[0] == 'P' && EndsIn(name, ".txt") &&
          name.find_first_not_of("0123456789", 1) == name.size() - 4;
@@ -122,7 +123,7 @@ void WriteTum(const std::string& path, const CameraRig& cameras,
     if (camera.lens() != nullptr) {
       throw CannotWrite(camera,
                         "has a lens, which a projection matrix cannot express "
-                        "(cameras.ignore_distortion = true leaves it out)");
+                        "(cameras.ignore_distortion = true omits it)");
     }
     const std::string name = "P" + std::to_string(c);
     AtomicFile file(folder.PathOf(name + ".txt"));
@@ -145,7 +146,7 @@ void WriteTum(const std::string& path, const CameraRig& cameras,
 
 // ---- bioCV ----
 // bioCV's .calib, one file per camera: numbers separated by spaces and line
-// ends, the image's width and height, K (3x3 px, row-major), the pose (4x4,
+// ends: the image's width and height, K (3x3 px, row-major), the pose (4x4,
 // row-major: x_cam = R X + t, mm) and OpenCV's k1 k2 p1 p2 k3. "00.mp4.calib"
 // is camera "00".
 

@@ -12,8 +12,8 @@
 namespace kinegraph {
 namespace {
 
-// The words of a text. In the lists below a word stands for all its spellings:
-// "distcoeffs" for "dist_coeffs", "distCoeffs" and "Dist-Coeffs" (Plain).
+// The words of a text. In the lists below a word stands for all keys that Plain
+// maps to it: "distcoeffs" for "dist_coeffs", "distCoeffs" and "Dist-Coeffs".
 std::set<std::string> SetOf(const char* words) {
   std::istringstream stream(words);
   using Iterator = std::istream_iterator<std::string>;
@@ -29,8 +29,8 @@ std::string Plain(const std::string& key) {
   return plain;
 }
 
-// Lists of coefficients in OpenCV's order. Single letters are case-sensitive:
-// "K" is the camera matrix, "k" the radial terms.
+// Whether the key is a list of coefficients in OpenCV's order. Single letters
+// are case-sensitive: "K" is the camera matrix, "k" the radial terms.
 bool IsLensKey(const std::string& key) {
   static const std::set<std::string> kNames = SetOf(
       "dist kc distcoef distcoefs distcoeff distcoeffs distcoefficient "
@@ -104,7 +104,7 @@ bool IsHarmlessKey(const std::string& key) {
       "averagereprojectionerror totalavgerr perviewerrors "
       "perviewreprojectionerrors stddeviations std adjusted converged "
       "iterations inliers "
-      // Its source.
+      // Data from which it was computed.
       "board boardtype boardsize boardwidth boardheight squaresize "
       "squarelength markersize markerlength pattern patternsize dictionary "
       "flags flagvalue fixaspectratio aspectratio imagepoints gridpoints "
@@ -118,8 +118,8 @@ bool IsHarmlessKey(const std::string& key) {
 
 void FailUnread(const JsonField& object, const std::string& key) {
   object.Fail("has a key '" + Printable(key) +
-              "' that is not known in this format: it could carry lens or "
-              "pose, so it is not passed over");
+              "' that is not known in this format; it is rejected because it "
+              "may describe lens or pose");
 }
 
 bool IsNoCamera(const std::string& key, const JsonField& field) {
@@ -203,7 +203,7 @@ void KeyReader::ReadImageSize(const std::string& width,
 
 void KeyReader::ReadCoefficients(bool is_fisheye,
                                  std::vector<std::vector<double>>* lenses) {
-  // In the order of OpenCV's vector and of its fisheye model's.
+  // In the order of OpenCV's vectors of coefficients.
   static const std::vector<const char*> kPolynomial = {"k1", "k2", "p1", "p2",
                                                        "k3", "k4", "k5", "k6"};
   static const std::vector<const char*> kFisheye = {"k1", "k2", "k3", "k4"};
@@ -249,7 +249,7 @@ void KeyReader::ReadLens(CameraRecord* record) {
   ReadCoefficients(is_fisheye, &lenses);
   for (const std::vector<double>& lens : lenses) {
     if (WithoutZeros(lens) != WithoutZeros(lenses.front())) {
-      object_.Fail("states its lens twice, and not the same one");
+      object_.Fail("specifies its lens twice, with different coefficients");
     }
   }
   if (!lenses.empty()) record->distortion = lenses.front();

@@ -1,5 +1,5 @@
-// Interface between ReadCameras and the readers of single formats. For core/io
-// only.
+// Interface between ReadCameras and the readers of the individual formats. For
+// core/io only.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_CAMERA_RECORD_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_CAMERA_RECORD_H_
 
@@ -16,8 +16,8 @@
 
 namespace kinegraph {
 
-// One camera in the terms of its file. Only shapes have been checked, and that
-// numbers are finite.
+// One camera in the conventions of its file. Readers have checked only that
+// arrays have the right shape and that numbers are finite.
 struct CameraRecord {
   std::string file;  // for messages
   std::string name;
@@ -26,8 +26,8 @@ struct CameraRecord {
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   // K refers to coordinates divided by the image size.
   bool normalised_K = false;
-  // The size is the sensor's: an image of other size and the same proportions
-  // (cameras.image_size) is the whole sensor, scaled.
+  // The size is that of the sensor. If cameras.image_size has the same aspect
+  // ratio, images show the whole sensor at another resolution.
   bool may_be_scaled = false;
   std::string lens_model = "opencv5";
   std::vector<double> distortion;
@@ -41,8 +41,8 @@ struct CameraRecord {
 struct CalibrationFile {
   std::vector<CameraRecord> cameras;
   LengthUnit unit = LengthUnit::kMetre;  // the format's own
-  bool states_unit = false;              // the file states its unit: ignore
-                                         // cameras.unit
+  // The file specifies its unit, which cameras.unit cannot change.
+  bool states_unit = false;
 };
 
 // Row-major numbers as a matrix.
@@ -50,17 +50,17 @@ Eigen::Matrix3d ToMatrix3(const std::vector<double>& row_major);
 Eigen::Vector3d ToVector3(const std::vector<double>& numbers);
 // K without skew, from fx, fy, cx, cy.
 Eigen::Matrix3d CameraMatrix(const std::vector<double>& numbers);
-// The rotation of a quaternion that is of unit length up to the rounding of a
-// text; nullopt otherwise.
+// The rotation of a quaternion whose length is 1 up to the rounding of a text
+// file; nullopt otherwise.
 std::optional<Eigen::Matrix3d> RotationOf(const Eigen::Quaterniond& turn);
 
-// A rotation, given as a Rodrigues vector or a matrix.
+// A rotation that is given as a Rodrigues vector or a matrix.
 Eigen::Matrix3d ReadRotation(const JsonField& field);
 
 // Reads the members of one object and records which were read. An unknown key
-// may be the lens or the pose under another name, and ignoring it would distort
-// all results silently. So each key has to be read, be known to describe
-// neither lens nor pose, or is rejected:
+// may be the lens or the pose under another name, and ignoring it would
+// silently distort all results. So a key that is not read is rejected, unless
+// it is known to describe neither lens nor pose:
 //
 //   KeyReader keys(camera);
 //   record.K = keys.Matrix3("K");
@@ -72,11 +72,11 @@ class KeyReader {
   explicit KeyReader(const JsonField& object);
 
   const JsonField& object() const { return object_; }
-  // As JsonField's; marks the key as read.
+  // Like JsonField's functions; they also mark the key as read.
   std::optional<JsonField> Find(const std::string& key);
   JsonField At(const std::string& key);
-  // The first of several spellings that the object has. Only this one is marked
-  // as read: a second one is rejected unless the caller reads it, too.
+  // The first of these spellings that occurs in the object. Only this one is
+  // marked as read: a second one is rejected unless the caller reads it, too.
   JsonField AtAny(const std::vector<std::string>& keys);
   Eigen::Matrix3d Matrix3(const std::string& key) {
     return ToMatrix3(At(key).Matrix(3, 3));
@@ -85,25 +85,25 @@ class KeyReader {
     return ToVector3(At(key).Matrix(3, 1));
   }
 
-  // Width and height as a pair, or each under its own key; unchanged if the
-  // object does not specify them.
+  // Reads width and height, as a pair or each under its own key. Leaves
+  // `record` unchanged if the object does not specify them.
   void ReadImageSize(const std::string& key, CameraRecord* record);
   void ReadImageSize(const std::string& width, const std::string& height,
                      CameraRecord* record);
 
-  // The lens under any name that is in use: a list "distCoeffs", "dist_coef",
+  // Reads the lens under any common name: a list "distCoeffs", "dist_coef",
   // "dist", "D", "distortion_coefficients", ... in OpenCV's order; lists "k"
-  // (3) and "p" (2); or numbers "k1" .. "k6", "p1", "p2". Several names must
-  // agree. A model's name ("camera_model", "distortion_model", ...) must be a
-  // pinhole, OpenCV's polynomial or its fisheye model, whose terms are k1 k2 k3
-  // k4 in this order; "fisheye": true specifies the latter, too. Leaves
-  // `record` unchanged if there is no lens.
+  // (3) and "p" (2); or numbers "k1" .. "k6", "p1", "p2". If several are
+  // present, they must agree. The model ("camera_model", "distortion_model",
+  // ...) must be a pinhole, OpenCV's polynomial or OpenCV's fisheye model,
+  // whose terms are k1 k2 k3 k4 in this order; "fisheye": true specifies the
+  // fisheye model, too. Leaves `record` unchanged if there is no lens.
   void ReadLens(CameraRecord* record);
 
-  // "unit" or "units" as the text m, cm or mm (or their names).
+  // Reads "unit" or "units": m, cm or mm, or their names.
   void ReadUnit(CalibrationFile* file);
 
-  // Throws for the first key that was neither read nor is harmless
+  // Throws InputError for the first key that was not read and is not harmless
   // (IsHarmlessKey).
   void RejectUnread() const;
 
@@ -118,14 +118,14 @@ class KeyReader {
 // Whether a key describes neither lens nor pose in any format: names, dates,
 // sizes, errors, boards. Ignores case, '_', '-' and spaces.
 bool IsHarmlessKey(const std::string& key);
-// Rejects a key that may describe lens or pose.
+// Throws InputError for a key that may describe lens or pose.
 [[noreturn]] void FailUnread(const JsonField& object, const std::string& key);
 
-// Whether a member of an object of cameras is not a camera: a number or text
-// under a harmless key, or the unit.
+// Whether a member of an object with one member per camera is not a camera: a
+// number or text under a harmless key, or the unit.
 bool IsNoCamera(const std::string& key, const JsonField& field);
 
-// Reads each member of an object of cameras: `read` fills in the record, whose
+// Reads an object with one member per camera. `read` fills in the record, whose
 // file and name are set, and has to read every key.
 template <typename Read>
 void ReadMembers(const JsonField& cameras, CalibrationFile* file,
@@ -141,7 +141,7 @@ void ReadMembers(const JsonField& cameras, CalibrationFile* file,
   }
 }
 
-// A camera of a list, identified by "name".
+// Reads a camera of a list, in which `name` identifies it.
 template <typename Read>
 CameraRecord ReadNamed(const JsonField& field, const std::string& name,
                        const Read& read) {

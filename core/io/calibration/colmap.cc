@@ -7,8 +7,9 @@
 // cameras.unit is given). The centre of the first pixel is (0.5, 0.5) there and
 // (0, 0) here (https://colmap.github.io/format.html, as of 3.8).
 //
-// A static camera is one image: its name is that of the image without the
-// extension, or of the image's folder where each image has its own.
+// A static camera is one image. The camera's name is that of the image without
+// the extension, or that of the image's folder if each image has its own
+// folder.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -87,11 +88,11 @@ class ModelFile {
 struct ColmapModel {
   const char* name;
   int focal_lengths;  // one, or fx and fy
-  int coefficients;   // in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6; k1 .. k4
+  int coefficients;   // the first of k1 k2 p1 p2 k3 k4 k5 k6; fisheye: k1 .. k4
   bool is_fisheye = false;
 };
 
-// Models that OpenCV's polynomial or its fisheye model represents.
+// Finds a model that OpenCV's polynomial or its fisheye model can represent.
 const ColmapModel* FindModel(const std::string& name) {
   static const std::vector<ColmapModel> kModels = {
       {"SIMPLE_PINHOLE", 1, 0},
@@ -118,11 +119,13 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
   }
   const ColmapModel* model = FindModel(words[1]);
   if (model == nullptr) {
-    file.Fail("the lens model '" + Printable(words[1]) +
-              "' is not read, expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, "
-              "RADIAL, OPENCV, FULL_OPENCV, SIMPLE_RADIAL_FISHEYE, "
-              "RADIAL_FISHEYE or OPENCV_FISHEYE (COLMAP's model_converter and "
-              "image_undistorter make others into these)");
+    file.Fail(
+        "the lens model '" + Printable(words[1]) +
+        "' is not supported, expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, "
+        "RADIAL, OPENCV, FULL_OPENCV, SIMPLE_FISHEYE, FISHEYE, "
+        "SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE or OPENCV_FISHEYE "
+        "(COLMAP's model_converter and image_undistorter convert other "
+        "models into these)");
   }
   const auto count =
       static_cast<size_t>(model->focal_lengths + 2 + model->coefficients);
@@ -176,7 +179,7 @@ CameraRecord ReadImage(const ModelFile& file,
   CameraRecord record = at->second;
   const auto number = [&](size_t place) { return file.Number(words[place]); };
   const auto R = RotationOf({number(1), number(2), number(3), number(4)});
-  if (!R.has_value()) file.Fail("QW, QX, QY, QZ are no unit quaternion");
+  if (!R.has_value()) file.Fail("QW, QX, QY, QZ are not a unit quaternion");
   record.R = *R;
   record.t = {number(5), number(6), number(7)};
   record.name = words[9];
@@ -208,9 +211,10 @@ void CheckImageName(const Camera& camera) {
       camera.name().find_first_of(" \t\r\n/\\#") == std::string::npos) {
     return;
   }
-  throw CannotWrite(camera,
-                    "the name cannot be that of an image of COLMAP's, expected "
-                    "no spaces, '/', '\\' or '#'");
+  throw CannotWrite(
+      camera,
+      "the name cannot be the name of an image in COLMAP, expected "
+      "no spaces, '/', '\\' or '#'");
 }
 
 std::string CameraLine(const Camera& camera, size_t id) {
@@ -243,7 +247,7 @@ std::string ImageLines(const Camera& camera, size_t id) {
   Eigen::Quaterniond turn(camera.R());
   if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
   const Eigen::Vector3d& t = camera.t();
-  // The second line is for the image's points: none.
+  // The second line, for the image's points, is empty.
   return fmt::format("{} {} {} {} {} {} {} {} {} {}.png\n\n", id, turn.w(),
                      turn.x(), turn.y(), turn.z(), t.x(), t.y(), t.z(), id,
                      camera.name());
@@ -254,7 +258,7 @@ std::string ImageLines(const Camera& camera, size_t id) {
 CalibrationFile ReadColmap(const CalibrationHead& head) {
   if (!head.is_folder && !IsModelName(head.path)) {
     throw InputError(head.path, "",
-                     "is no cameras.txt or images.txt, nor their folder");
+                     "is neither cameras.txt or images.txt nor their folder");
   }
   const fs::path path_given = head.path;
   const fs::path folder =

@@ -73,7 +73,7 @@ bool IsUtf16Xml(const std::string& text) {
   return first != std::string::npos && text[first] == '<';
 }
 
-// The syntax by the first characters and the extension, before parsing.
+// Guesses the syntax from the first characters and the extension.
 Syntax GuessSyntax(const std::string& text, const std::string& path) {
   const size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) {
@@ -94,8 +94,8 @@ Syntax GuessSyntax(const std::string& text, const std::string& path) {
 
 }  // namespace
 
-// In the order of listings; recognition does not depend on it, as no two
-// formats recognise the same.
+// In the order of listings. Recognition does not depend on the order: no two
+// formats recognise the same path.
 const std::vector<CalibrationFormat>& CalibrationFormats() {
   static const std::vector<CalibrationFormat> kFormats = {
       {"kinegraph", "cameras.json", Syntax::kJson, RecogniseKinegraph,
@@ -112,11 +112,12 @@ const std::vector<CalibrationFormat>& CalibrationFormats() {
        Syntax::kToml, RecognisePose2sim, ReadPose2sim, WritePose2sim},
       {"tum", "a folder of P0.txt, P1.txt, ...", Syntax::kNumbers, RecogniseTum,
        ReadTum, WriteTum},
-      {"opencv", "YAML, a file a camera", Syntax::kYaml, RecogniseOpencv,
+      {"opencv", "YAML, one file per camera", Syntax::kYaml, RecogniseOpencv,
        ReadOpencv, WriteOpencv},
       {"easymocap", "intri.yml and extri.yml", Syntax::kYaml,
        RecogniseEasymocap, ReadEasymocap, WriteEasymocap},
-      {"colmap", "COLMAP's text: cameras.txt and images.txt, an image a camera",
+      {"colmap",
+       "COLMAP's text: cameras.txt and images.txt, one image per camera",
        Syntax::kOther, RecogniseColmap, ReadColmap, WriteColmap},
       {"qualisys", "XML: QTM's .qca.txt, and cal.txt as exported for Theia",
        Syntax::kXml, RecogniseQualisys, ReadQualisys},
@@ -125,9 +126,9 @@ const std::vector<CalibrationFormat>& CalibrationFormats() {
       {"optitrack", "XML: .mcal of Motive 3", Syntax::kXml, RecogniseOptitrack,
        ReadOptitrack},
       {"opencap",
-       "a session's folder, cameraIntrinsicsExtrinsics.pickle a camera",
+       "a session's folder, one cameraIntrinsicsExtrinsics.pickle per camera",
        Syntax::kOther, nullptr, ReadOpencap},
-      {"biocv", "bioCV's .calib, a file a camera", Syntax::kNumbers,
+      {"biocv", "bioCV's .calib, one file per camera", Syntax::kNumbers,
        RecogniseBiocv, ReadBiocv}};
   return kFormats;
 }
@@ -144,7 +145,7 @@ bool CalibrationHead::HasJsonKey(const std::string& key) const {
 }
 
 const XmlElement& CalibrationHead::XmlRoot() const {
-  if (!xml.has_value()) throw InputError(path, "", "expected a file of XML");
+  if (!xml.has_value()) throw InputError(path, "", "expected an XML file");
   return *xml;
 }
 
@@ -155,7 +156,7 @@ bool CalibrationHead::HasFile(const std::string& name) const {
 CalibrationHead LookAtCalibration(const std::string& path) {
   if (IsFolder(path)) return LookAtFolder(path);
   std::string text = ReadBytes(path, kMaxSmallFileBytes);
-  // XML states its own encoding; other texts may not be UTF-16.
+  // UTF-16 is accepted only for XML, which specifies its encoding.
   if (IsUtf16(text) && IsUtf16Xml(text)) {
     return Parsed(path, Syntax::kXml, text);
   }
@@ -183,7 +184,7 @@ bool IsYamlName(const std::string& name) {
 }
 
 Json ReadCalibrationYaml(const std::string& path) {
-  // Four thousand cameras; a limit as the parser is slow.
+  // The size of four thousand cameras. Limited because the parser is slow.
   constexpr size_t kMaxBytes = size_t{4} << 20;
   return ParseYaml(ReadTextFile(path, kMaxBytes), path);
 }

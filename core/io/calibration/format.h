@@ -1,7 +1,7 @@
-// The formats of calibrations, one entry each. Recognition, the key
-// cameras.format, `convert --formats` with its flags and the formats of the
-// Python module follow from it. A new format requires its functions and two
-// lines in format.cc.
+// The table of calibration formats. Recognition, the key cameras.format,
+// `convert --formats` with its flags and the formats of the Python module are
+// derived from it. A new format requires its functions and two lines in
+// format.cc.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 
@@ -29,7 +29,8 @@ struct CalibrationHead {
   std::vector<std::string> names;  // in the folder, sorted
   // The rest applies to files.
   CalibrationSyntax syntax = CalibrationSyntax::kOther;
-  Json json;  // of JSON and TOML; for YAML to recognise it only
+  // Content of JSON and TOML files; of YAML files only for recognition.
+  Json json;
   std::optional<XmlElement> xml;  // root element of XML
 
   bool Is(CalibrationSyntax of_file) const {
@@ -47,10 +48,11 @@ struct CalibrationHead {
 struct CalibrationFormat {
   using Recognise = bool (*)(const CalibrationHead& head);
   using Read = CalibrationFile (*)(const CalibrationHead& head);
-  // Writes a file or a folder in the format's unit; it appears when complete.
+  // Writes a file or a folder in the format's unit; it appears only when
+  // complete.
   // Throws InputError naming the camera if the format cannot represent its
-  // geometry (a lens in TUM's matrices, a skewed K in VoxelPose's); other
-  // omissions are added to `lost_fields`.
+  // geometry (a lens in TUM's matrices, a skewed K in VoxelPose's); adds
+  // other omissions to `lost_fields`.
   using Write = void (*)(const std::string& path, const CameraRig& cameras,
                          LostFields* lost_fields);
 
@@ -69,18 +71,19 @@ const CalibrationFormat* FindCalibrationFormat(const std::string& name);
 // Reads the beginning of a path; throws InputError if it cannot be read or
 // parsed.
 CalibrationHead LookAtCalibration(const std::string& path);
-// The same for a known format, whatever the text looks like.
+// The same for a given format, without recognition of the syntax.
 CalibrationHead LookAtCalibration(const std::string& path,
                                   const CalibrationFormat& format);
-// The format that recognises it, or nullptr.
+// The first format that recognises `head`, or nullptr.
 const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
 // Whether the names of a folder's files are those of a calibration.
 bool IsCalibrationFolder(const std::string& path);
 
-// Reads what an adapter prints for a path: our own format, in any unit.
+// Reads what an adapter prints for a path: kinegraph's own format, in any unit.
 CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path);
 
-// Reads the given file, or these files of the folder, with one camera each.
+// Reads files with one camera each: the given file, or `files` of the given
+// folder.
 CalibrationFile ReadFileACamera(const CalibrationHead& head,
                                 const std::vector<std::string>& files,
                                 LengthUnit unit,

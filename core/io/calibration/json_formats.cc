@@ -1,5 +1,5 @@
-// Calibrations in JSON: our own, and those of 4D association, VoxelPose, longcw
-// and CMU Panoptic.
+// Calibrations in JSON: kinegraph's own format and the formats of 4D
+// association, VoxelPose, longcw and CMU Panoptic.
 #include <algorithm>
 #include <map>
 #include <string>
@@ -33,21 +33,22 @@ bool FirstMemberHas(const CalibrationHead& head,
          FirstMemberHas(head.json, keys);
 }
 
-// "cameras" of another program.
+// Whether the file has the key "cameras" but is not kinegraph's own.
 bool HasOthersCameras(const CalibrationHead& head) {
   return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras");
 }
 
 }  // namespace
 
-// ---- Our own ----
+// ---- kinegraph's own ----
 // cameras.json:
 //   {"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": [
 //     {"name": "cam0", "image_size": [w, h] or null, "model": "opencv5",
 //      "K": 3x3 px, "distortion": [k1, k2, p1, p2, k3],
 //      "cam_from_world": {"R": 3x3, "t": [x, y, z]}}, ...],
 //    "refinement": {...}}
-// "refinement" records what `track` changed, if anything (refinement_record.h).
+// "refinement" (optional) records how cameras were changed
+// (refinement_record.h).
 
 namespace {
 
@@ -112,8 +113,8 @@ CalibrationFile ReadKinegraph(const CalibrationHead& head) {
     file.cameras.push_back(
         ReadNamed(camera, camera.At("name").Text(), ReadKinegraphCamera));
   }
-  root.Find("refinement");     // provenance of the cameras
-  root.Find(kFingerprintKey);  // of the tracks they belong to
+  root.Find("refinement");     // how the cameras were changed
+  root.Find(kFingerprintKey);  // of the tracks to which the cameras belong
   root.RejectUnread();
   return file;
 }
@@ -123,7 +124,7 @@ CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path) {
   head.path = path;
   head.json = ParseJson(OutputOf(adapter, path), path);
   CalibrationFile file = ReadKinegraph(head);
-  file.states_unit = false;  // the adapter states it, not the file
+  file.states_unit = false;  // the adapter specifies it, not the file
   return file;
 }
 
@@ -160,8 +161,8 @@ void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
 
 // ---- 4D association ----
 // {"0": {"K": 3x3 row-major, "RT": 3x4 row-major, "imgSize": [w, h]}, ...} as
-// 4D association writes it: x_cam = R X + t, metres, pixels. Its key of the
-// lens is "distCoeff"; any name that KeyReader::ReadLens knows is accepted.
+// 4D association writes it: x_cam = R X + t, metres, pixels. Its key for the
+// lens is "distCoeff"; every name that KeyReader::ReadLens knows is accepted.
 
 bool RecogniseKrt(const CalibrationHead& head) {
   return FirstMemberHas(head, {"RT"});
@@ -287,8 +288,8 @@ CalibrationFile ReadLongcw(const CalibrationHead& head) {
   return file;
 }
 
-// K is divided by the image size, which the file does not contain: readers
-// require it as an option, one size for all cameras.
+// K is divided by the image size, which the file does not contain. Readers
+// therefore require the size as an option, the same for all cameras.
 void WriteLongcw(const std::string& path, const CameraRig& cameras,
                  LostFields* lost_fields) {
   Json members = Json::object();
@@ -302,7 +303,7 @@ void WriteLongcw(const std::string& path, const CameraRig& cameras,
         camera.height_px() != cameras[0].height_px()) {
       throw CannotWrite(camera,
                         "has another image size than the first camera, which "
-                        "longcw's format cannot say");
+                        "longcw's format cannot express");
     }
     Eigen::Matrix3d K = camera.K();
     K.row(0) /= camera.width_px();
@@ -318,7 +319,7 @@ void WriteLongcw(const std::string& path, const CameraRig& cameras,
   }
   if (!cameras.empty()) {
     lost_fields->push_back(
-        "the image size is not kept: name it when reading "
+        "the image size is not kept: specify it when reading "
         "(--image_size=" +
         std::to_string(cameras[0].width_px()) + "," +
         std::to_string(cameras[0].height_px()) + ")");
@@ -332,7 +333,8 @@ void WriteLongcw(const std::string& path, const CameraRig& cameras,
 // centimetres.
 
 bool RecognisePanoptic(const CalibrationHead& head) {
-  // AcinoSet's files, which an adapter reads, state one resolution for all.
+  // AcinoSet's files, which an adapter reads, have one resolution for all
+  // cameras.
   return HasOthersCameras(head) && head.json["cameras"].is_array() &&
          !head.HasJsonKey("camera_resolution");
 }

@@ -5,14 +5,15 @@
 // of the calibration board, which is millimetres in FreeMoCap's. The table
 // "metadata" is not a camera.
 //
-// Caliscope's camera_array.toml has its cameras inside "cameras", its
-// config.toml beside the board and the initial pairs. Cameras that it did not
-// place ("null", or no pose in newer versions) or ignores are skipped.
+// Caliscope's camera_array.toml has its cameras in the table "cameras", its
+// config.toml beside the tables of the board and of the initial pairs. Cameras
+// without a pose ("null", or no key in newer versions) and cameras that
+// Caliscope ignores are skipped.
 //
-// Of a folder the file of cameras is read: in a session of Caliscope
-// (camera_array.toml, or config.toml of old ones), FreeMoCap, Anipose or
-// sleap-anipose (calibration.toml). If a board.toml beside it specifies squares
-// larger than 1, lengths are millimetres.
+// In a session's folder, the file with the cameras is read: camera_array.toml
+// (Caliscope), calibration.toml (FreeMoCap, Anipose, sleap-anipose) or
+// config.toml (old versions of Caliscope). If a board.toml in the same folder
+// specifies squares larger than 1, lengths are millimetres.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,7 +39,7 @@ bool IsText(const std::optional<JsonField>& field, const char* text) {
          field->Text() == text;
 }
 
-// Whether Caliscope ignores a camera or did not place it.
+// Whether Caliscope ignores the camera or found no pose for it.
 bool IsUnplaced(const JsonField& camera) {
   const auto ignore = camera.Find("ignore");
   if (ignore.has_value() && ignore->value().is_boolean() && ignore->Boolean()) {
@@ -54,8 +55,8 @@ bool HasNoPose(const JsonField& camera) {
          !camera.Find("translation").has_value();
 }
 
-// Tables and values of Caliscope's and Anipose's files that are not cameras,
-// even if a camera has this name: cameras have a matrix and a pose.
+// Whether a table or value of Caliscope's and Anipose's files is not a camera.
+// Cameras may have these names, too, but have a matrix and a pose.
 bool IsBesideCameras(const std::string& key, const JsonField& field) {
   static const std::set<std::string> kKeys = {"metadata",
                                               "capture_volume",
@@ -83,8 +84,8 @@ CameraRecord ReadPose2simCamera(const std::string& name,
     camera->ReadLens(record);
     record->R = ReadRotation(camera->At("rotation"));
     record->t = camera->Vector3("translation");
-    // Caliscope's display options and the data behind the camera, and the
-    // inverse pose that newer FreeMoCap adds.
+    // Caliscope's display options and calibration statistics, and the inverse
+    // pose that newer versions of FreeMoCap add.
     for (const char* key :
          {"port", "rotation_count", "exposure", "grid_count", "ignore",
           "verified_resolutions", "world_orientation", "world_position"}) {
@@ -93,8 +94,8 @@ CameraRecord ReadPose2simCamera(const std::string& name,
   });
 }
 
-// FreeMoCap states the side of its board's squares: in millimetres, unless the
-// user left it at 1.
+// FreeMoCap stores the side of its board's squares. It is in millimetres,
+// unless the user left it at 1.
 bool IsInMillimetres(const JsonField& root) {
   const auto metadata = root.Find("metadata");
   if (!metadata.has_value() || !metadata->value().is_object()) return false;
@@ -117,7 +118,7 @@ Json ReadToml(const fs::path& path) {
   return ToJson(ParseToml(ReadTextFile(name, kMaxSmallFileBytes), name));
 }
 
-// The file of cameras in a session's folder; empty if there is none.
+// The file with the cameras in a session's folder; empty if there is none.
 fs::path SessionFile(const CalibrationHead& head) {
   const fs::path folder = head.path;
   for (const char* name : {"camera_array.toml", "calibration.toml"}) {

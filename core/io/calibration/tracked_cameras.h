@@ -7,8 +7,8 @@
 
 namespace kinegraph {
 
-// As WriteCameras (calibration.h), with the fingerprint of the tracks beside
-// the file (side_files.h) unless it is empty.
+// Like WriteCameras (calibration.h), but also stores `tracks`, the fingerprint
+// of the tracks to which the cameras belong (side_files.h), unless it is empty.
 void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
                          const std::string& refinement,
                          const std::string& tracks);

@@ -28,14 +28,15 @@ void WriteCalibration(const std::string& path, const std::string& format,
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields) {
   if (std::all_of(cameras.begin(), cameras.end(), HasSize)) return;
   lost_fields->push_back(
-      "image sizes that the input does not specify are left out; other "
-      "programs may need them (--image_size=W,H)");
+      "image sizes that the input does not specify are omitted; other programs "
+      "may need them (--image_size=W,H)");
 }
 
 void CheckSkew(const Camera& camera) {
-  // Cameras from rounded projection matrices have a little skew (Shelf 0.005
-  // px). It moves a pixel by skew * y / z, at most by the skew itself within a
-  // field of view of 90 degrees: far below the accuracy of a calibration.
+  // Cameras from rounded projection matrices have a small skew (0.005 px on
+  // Shelf). It displaces a pixel by skew * y / z, which is at most the skew
+  // itself within a field of view of 90 degrees: far below the accuracy of a
+  // calibration.
   constexpr double kRoundingPx = 0.01;
   if (std::abs(camera.K()(0, 1)) > kRoundingPx) {
     throw CannotWrite(camera, "a skewed K cannot be expressed in this format");
@@ -49,7 +50,7 @@ void NoteSkew(const CameraRig& cameras, LostFields* lost_fields) {
   }
   if (largest_px == 0.0) return;
   lost_fields->push_back("a skew of up to " + std::to_string(largest_px) +
-                         " px is left out");
+                         " px is omitted");
 }
 
 InputError CannotWrite(const Camera& camera, const std::string& message) {

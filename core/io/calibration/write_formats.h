@@ -1,4 +1,4 @@
-// Shared by the writers of single calibration formats. For core/io only.
+// Shared by the writers of calibration formats. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
 
@@ -18,11 +18,11 @@ inline bool HasSize(const Camera& camera) {
   return camera.width_px() > 0 && camera.height_px() > 0;
 }
 
-// Notes unknown image sizes, which such formats omit.
+// Notes unknown image sizes, for formats that omit them.
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields);
 
-// For formats without skew: throws InputError naming a camera whose skew
-// exceeds rounding; NoteSkew notes the largest of the others.
+// For formats without skew: CheckSkew throws InputError naming the camera if
+// its skew exceeds rounding; NoteSkew notes the largest smaller skew.
 void CheckSkew(const Camera& camera);
 void NoteSkew(const CameraRig& cameras, LostFields* lost_fields);
 
@@ -31,14 +31,14 @@ void NoteSkew(const CameraRig& cameras, LostFields* lost_fields);
 Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera);
 
 bool IsFisheye(const Camera& camera);
-// k1 k2 k3 k4 of a fisheye lens, else OpenCV's five.
+// k1 k2 k3 k4 of a fisheye lens, otherwise OpenCvCoefficients.
 Eigen::RowVectorXd LensTerms(const Camera& camera);
 
-// "camera 'NAME': message".
+// The error "camera 'NAME': message".
 InputError CannotWrite(const Camera& camera, const std::string& message);
 
-// One JSON member per line; replacement characters for names that are not
-// UTF-8.
+// JSON text with one member per line; replacement characters for names that are
+// not UTF-8.
 std::string JsonLines(const Json& object);
 
 // All numbers of a matrix in one list, row by row.
@@ -53,7 +53,7 @@ std::vector<double> RowMajor(const Matrix& matrix) {
   return numbers;
 }
 
-// A list of rows.
+// A matrix as a list of rows.
 template <typename Matrix>
 Json JsonRows(const Matrix& matrix) {
   Json rows = Json::array();
@@ -63,8 +63,8 @@ Json JsonRows(const Matrix& matrix) {
   return rows;
 }
 
-// The shortest text that reads back bit by bit, with a decimal point or an
-// exponent so that no language reads an integer.
+// The shortest text that reads back as the same bits, with a decimal point or
+// an exponent so that no language takes it for an integer.
 std::string DecimalText(double value);
 
 // "[1.0, 2.0]", row by row.

@@ -1,5 +1,5 @@
-// Calibrations in XML, as systems of laboratories write them. Video cameras are
-// used, marker cameras are not.
+// Calibrations in XML, as written by marker-based motion capture systems.
+// Marker cameras are skipped if there are video cameras.
 #include <Eigen/QR>
 #include <algorithm>
 #include <cctype>
@@ -37,8 +37,8 @@ std::vector<double> NumbersOf(const XmlElement& element,
   return numbers;
 }
 
-// Removes the cameras for which `is_off` is true and, if any of the others has
-// video, those without.
+// Removes the cameras for which `is_off` is true and, if any of the remaining
+// cameras has video, also those without video.
 template <typename IsOff, typename HasVideo>
 std::vector<XmlElement> FilmingCameras(std::vector<XmlElement> cameras,
                                        const IsOff& is_off,
@@ -73,9 +73,9 @@ Eigen::Matrix3d RotationOfAxes(const Eigen::Matrix3d& axes) {
 // in its window: the numbers and the video file are in the sensor's
 // orientation.
 //
-// The lens terms are OpenCV's, without unit. Pose2Sim divides them by 64 when
-// reading and multiplies them when writing such a file (qtm-version="none");
-// those are divided here, too.
+// The lens terms are OpenCV's, without unit. Pose2Sim multiplies them by 64
+// when it writes such a file (qtm-version="none") and divides them when it
+// reads one; in its files they are divided here, too.
 
 namespace {
 
@@ -89,8 +89,8 @@ bool IsOff(const XmlElement& camera) {
          says("calibrated", "false") || says("calibrated", "0");
 }
 
-// Models are "Miqus Video", "Miqus Video Plus", ...; other programs write
-// "none" or nothing.
+// QTM writes models such as "Miqus Video" or "Miqus Video Plus"; other programs
+// write "none" or nothing.
 bool HasQualisysVideo(const XmlElement& camera) {
   const std::string model = LowerText(camera, "model", "none");
   return model == "none" || model.empty() ||
@@ -102,13 +102,13 @@ CameraRecord ReadQualisysCamera(const XmlElement& camera, double lens_divisor) {
   record.file = camera.file();
   record.name = camera.Text("serial");
   const XmlElement intrinsic = camera.At("intrinsic");
-  // A smaller width cannot be in 1/64 px (it would be below 313 px), a larger
-  // one cannot be in px.
+  // A width below this cannot be in 1/64 px, since it would be less than 313
+  // px; a larger width cannot be in px.
   constexpr double kFewest = 20000.0;
   if (intrinsic.NumberOr("sensorMaxU", kFewest) < kFewest) {
     intrinsic.Fail("sensorMaxU: found " + intrinsic.Text("sensorMaxU") +
                    ", expected 1/64 px as QTM writes them (Theia's own "
-                   "calibrations, in px, are not read)");
+                   "calibrations, in px, are not supported)");
   }
   double left_px = 0.0;
   double top_px = 0.0;
@@ -170,19 +170,20 @@ CalibrationFile ReadQualisys(const CalibrationHead& head) {
 //   DEVICEID, TYPE, DISPLAY_TYPE, SENSOR_SIZE "width height" px,
 //   PIXEL_ASPECT_RATIO, and in KeyFrames/KeyFrame
 //   FOCAL_LENGTH px; PRINCIPAL_POINT px; ORIENTATION, a quaternion x y z w that
-//   turns the world into the camera; POSITION of the camera, mm; and
+//   rotates the world into the camera frame; POSITION of the camera, mm; and
 //   VICON_RADIAL2 "ViconRadial2 cx cy k1 k2 k3" or VICON_RADIAL "k1 k2".
 // Vicon's radial terms undistort a raw point: its distance from the principal
-// point is multiplied by 1 + k1 r^2 + k2 r^4 + k3 r^6, r in px. Terms far too
-// large for that are OpenCV's, without unit, as other programs write and read
-// them.
+// point is multiplied by 1 + k1 r^2 + k2 r^4 + k3 r^6, r in px. Terms that are
+// far too large for this are OpenCV's, without unit: other programs write and
+// read such files.
 //
 // The last key frame is used, as it is the newest. Marker cameras are skipped
 // if others have video.
 
 namespace {
 
-// "Vue" is Vicon's own video camera, "VideoInputDevice:..." are other makes.
+// "Vue" is Vicon's own video camera; "VideoInputDevice:..." are those of other
+// manufacturers.
 bool HasViconVideo(const XmlElement& camera) {
   for (const char* attribute : {"TYPE", "DISPLAY_TYPE"}) {
     const std::string type = LowerText(camera, attribute, "");
@@ -216,9 +217,10 @@ Eigen::Vector3d RadialTerms(const XmlElement& frame) {
   return {terms[0], terms[1], 0.0};
 }
 
-// OpenCV's k1 k2 p1 p2 k3 of the lens that Vicon's terms undo, by least squares
-// over the radii of the image. Both are polynomials of a few terms; if they
-// differ by more than kLargestGap, OpenCV's cannot represent the lens.
+// OpenCV's k1 k2 p1 p2 k3 of the lens whose distortion Vicon's terms remove,
+// fitted by least squares over the radii of the image. Both are polynomials of
+// a few terms; if the fit differs by more than kLargestGapPx, OpenCV's
+// polynomial cannot represent the lens.
 std::vector<double> LensOf(const XmlElement& frame,
                            const CameraRecord& record) {
   const Eigen::Vector3d terms = RadialTerms(frame);
@@ -233,7 +235,7 @@ std::vector<double> LensOf(const XmlElement& frame,
     const double s = r * r;
     return Eigen::Vector3d(s, s * s, s * s * s);
   };
-  // No lens moves a corner by its whole radius: these terms are OpenCV's.
+  // No lens displaces a corner by its whole radius: these terms are OpenCV's.
   if (powers(corner_px).cwiseProduct(terms).cwiseAbs().maxCoeff() >= 1.0) {
     return {terms[0], terms[1], 0.0, 0.0, terms[2]};
   }
@@ -251,8 +253,9 @@ std::vector<double> LensOf(const XmlElement& frame,
   const double gap_px =
       focal_px * (ideal * k - displaced).cwiseAbs().maxCoeff();
   if (!(gap_px <= kLargestGapPx)) {
-    frame.Fail("the radial terms cannot be expressed by OpenCV's: " +
-               std::to_string(gap_px) + " px apart");
+    frame.Fail(
+        "the radial terms cannot be expressed by OpenCV's: they differ by " +
+        std::to_string(gap_px) + " px");
   }
   return {k[0], k[1], 0.0, 0.0, k[2]};
 }
@@ -275,7 +278,7 @@ CameraRecord ReadViconCamera(const XmlElement& camera,
   record.distortion = LensOf(frame, record);
   const std::vector<double> turn = frame.Numbers("ORIENTATION", 4);
   const auto R = RotationOf({turn[3], turn[0], turn[1], turn[2]});
-  if (!R.has_value()) frame.Fail("ORIENTATION is no unit quaternion");
+  if (!R.has_value()) frame.Fail("ORIENTATION is not a unit quaternion");
   record.R = *R;
   record.centre = ToVector3(frame.Numbers("POSITION", 3));
   return record;
@@ -308,8 +311,8 @@ CalibrationFile ReadVicon(const CalibrationHead& head) {
 //   Serial; Attributes ImagerPixelWidth, ImagerPixelHeight
 //   IntrinsicStandardCameraModel HorizontalFocalLength, VerticalFocalLength,
 //     LensCenterX, LensCenterY [px], k1, k2, k3, TangentialX, TangentialY
-//     (OpenCV's; the element Intrinsic has Motive's own model, which is not
-//     read)
+//     (OpenCV's; the element Intrinsic has Motive's own model, which is
+//     ignored)
 //   Extrinsic X, Y, Z, the camera's position, m; OrientMatrix0 .. 8, by rows,
 //     whose columns are the camera's axes in the world: x right, y up, z
 //     backwards.
@@ -339,7 +342,7 @@ CameraRecord ReadOptitrackCamera(const XmlElement& camera) {
     camera.Fail(
         "camera '" + record.name +
         "' has no <IntrinsicStandardCameraModel>: Motive's own lens model is "
-        "not read, expected a file of Motive 3 or later");
+        "not supported, expected a file of Motive 3 or later");
   }
   record.K = CameraMatrix(
       NumbersOf(*lens, {"HorizontalFocalLength", "VerticalFocalLength",

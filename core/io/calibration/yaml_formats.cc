@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kHead = "%YAML:1.0\n---\n";
 
-// Largest difference between two forms of the same pose: files have six
-// decimals.
+// Largest difference between two representations of the same pose, since files
+// have six decimals.
 constexpr double kPoseRounding = 1e-3;
 
 std::vector<std::string> YamlFilesAmong(const std::vector<std::string>& names) {
@@ -28,7 +28,7 @@ std::vector<std::string> YamlFilesAmong(const std::vector<std::string>& names) {
   return files;
 }
 
-// A name: a text, or a number without quotes.
+// A name, which may be a number without quotes.
 std::string YamlNameOf(const JsonField& field) {
   if (field.value().is_number()) return std::to_string(field.Integer());
   return field.Text();
@@ -44,7 +44,7 @@ void CheckKeyName(const Camera& camera) {
       });
   if (is_plain) return;
   throw CannotWrite(camera,
-                    "the name cannot stand in a key of OpenCV's YAML, "
+                    "the name cannot be part of a key of OpenCV's YAML, "
                     "expected letters, digits, '_' and '-'");
 }
 
@@ -61,8 +61,8 @@ std::string OpencvMatrix(const std::string& key, const Matrix& matrix) {
 // OpenCV's YAML, one file per camera: camera_matrix, distortion_coefficients,
 // image_width, image_height as OpenCV's calibration program and ROS write them.
 // Neither writes a pose; it is read from rvec (or R, vector or matrix) and tvec
-// (or T): x_cam = R X + T, metres. The camera's name is camera_name, or the
-// file's.
+// (or T): x_cam = R X + T, metres. The camera's name is camera_name, otherwise
+// the file name without extension.
 
 namespace {
 
@@ -74,7 +74,7 @@ auto ReadEither(KeyReader* camera, const char* first, const char* second,
   const auto other = camera->Find(second);
   if (other.has_value() &&
       (read(*other) - value).cwiseAbs().maxCoeff() > kPoseRounding) {
-    other->Fail(std::string("does not say the same as ") + first);
+    other->Fail(std::string("contradicts ") + first);
   }
   return value;
 }
@@ -161,8 +161,8 @@ void WriteOpencv(const std::string& path, const CameraRig& cameras,
 // EasyMocap: intri.yml with `names` and, per camera, K_NAME (3x3 px), dist_NAME
 // or D_NAME (k1 k2 p1 p2 k3) and optionally W_NAME, H_NAME; extri.yml with
 // R_NAME (Rodrigues vector) or Rot_NAME (3x3) and T_NAME: x_cam = R X + T,
-// metres. Read from the folder of both, from either of the two, or from one
-// file with the content of both.
+// metres. The path may be the folder of both files, either of them, or one file
+// with the content of both.
 
 namespace {
 
@@ -216,7 +216,8 @@ Json MembersOf(const Json& root, const std::string& name) {
   return camera;
 }
 
-// EasyMocap uses the cameras that `names` lists; members of others are ignored.
+// Throws InputError for an unknown key. Members of cameras that `names` does
+// not list are ignored, as by EasyMocap.
 void RejectUnreadMembers(const JsonField& root,
                          const std::vector<std::string>& names) {
   static const std::vector<std::string> kOfCameras = {
@@ -256,7 +257,7 @@ CameraRecord ReadEasymocapCamera(const JsonField& intrinsic_file,
   record.t = KeyReader(extrinsic_file).Vector3("T_" + name);
   for (const char* key : {"R", "Rot", "T"}) {
     extrinsic.Find(key);
-    intrinsic.Find(key);  // one file may hold both
+    intrinsic.Find(key);  // one file may contain both
   }
   intrinsic.RejectUnread();
   if (intrinsic_file.file() != extrinsic_file.file()) extrinsic.RejectUnread();

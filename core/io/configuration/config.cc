@@ -72,7 +72,7 @@ std::string Nearest(const std::string& key, const std::set<std::string>& keys) {
   return nearest;
 }
 
-// Removed keys and tables, and their replacements.
+// Removed keys and tables, and what replaces them.
 struct GoneKey {
   const char* key;
   const char* instead;
@@ -86,50 +86,54 @@ constexpr GoneKey kGoneKeys[] = {
     {"tracking.max_gap",
      "use tracking.max_gap_s, in seconds: 10 frames at 25 Hz are 0.4"},
     {"gates.epipolar_m",
-     "0.19 m, always; gates.units = \"pixels\" with "
-     "reconstruction.alpha_epi sets another"},
-    {"gates.detector_px", "6 px, always"},
-    {"gates.reach_m", "0.12 m, always; gates.speed_mps lets people be faster"},
-    {"gates.motion_detector_px", "15 px, always"},
+     "it is always 0.19 m, unless gates.units = \"pixels\" with "
+     "reconstruction.alpha_epi"},
+    {"gates.detector_px", "it is always 6 px"},
+    {"gates.reach_m",
+     "it is always 0.12 m; gates.speed_mps allows faster motion"},
+    {"gates.motion_detector_px", "it is always 15 px"},
     {"gates.view_age_s",
-     "0.12 s, always; gates.units = \"pixels\" with "
-     "reconstruction.tau sets another"},
+     "it is always 0.12 s, unless gates.units = \"pixels\" with "
+     "reconstruction.tau"},
     {"gates.affinity_decay",
-     "75 / s, always; gates.units = \"pixels\" with "
-     "association.lambda_a sets another"},
+     "it is always 75 / s, unless gates.units = \"pixels\" with "
+     "association.lambda_a"},
     {"gates.view_decay",
-     "125 / s, always; gates.units = \"pixels\" with "
-     "reconstruction.lambda_t sets another"},
-    {"association.weight_2d", "0.4, always"},
-    {"association.weight_3d", "0.6, always"},
-    {"initialisation.veto_confidence", "0.5, always"},
-    {"identity.continuity", "4 nats, always; see identity.min_margin"},
-    {"identity.entry_penalty", "4 nats, always"},
+     "it is always 125 / s, unless gates.units = \"pixels\" with "
+     "reconstruction.lambda_t"},
+    {"association.weight_2d", "it is always 0.4"},
+    {"association.weight_3d", "it is always 0.6"},
+    {"initialisation.veto_confidence", "it is always 0.5"},
+    {"identity.continuity", "it is always 4 nats; see identity.min_margin"},
+    {"identity.entry_penalty", "it is always 4 nats"},
     {"filters.kalman.acceleration_noise",
-     "use filters.kalman.process_noise_scale, on half of graph.process_noise"},
-    {"filters.kalman.jerk_noise",
-     "use filters.kalman.process_noise_scale, on 25 times "
+     "use filters.kalman.process_noise_scale, which multiplies half of "
      "graph.process_noise"},
-    {"filters.kalman.start_velocity_sigma", "3 m/s, always"},
-    {"filters.kalman.start_acceleration_sigma", "30 m/s^2, always"},
-    {"filters.one_euro.derivative_cutoff", "1 Hz, always"},
-    {"filters.robust_triangulation.loss", "Geman and McClure's, always"},
-    {"filters.robust_triangulation.inlier_weight", "0.25, always"},
-    {"graph.inlier_weight", "0.25, always"},
-    {"graph.min_confidence", "0.05, always"},
-    {"graph.confidence_from", "as graph.pixel_noise_from says"},
-    {"graph.stages", "the loss narrows in two stages, always"},
-    {"graph.min_sigma_px", "1 px, always; graph.sigma_px sets the errors"},
-    {"graph.rival_starts", "no recording has shown a gain"},
-    {"graph.birth_position_sigma_m", "1 m, always"},
-    {"graph.birth_velocity_sigma_mps", "3 m/s, always"},
-    {"graph.bone_loss", "lengths are not doubted; see graph.bone_sigma_from"},
-    {"graph.bone_swing", "always on"},
-    {"graph.start_from", "where the frame's own views place the joint, always"},
+    {"filters.kalman.jerk_noise",
+     "use filters.kalman.process_noise_scale, which multiplies 25 times "
+     "graph.process_noise"},
+    {"filters.kalman.start_velocity_sigma", "it is always 3 m/s"},
+    {"filters.kalman.start_acceleration_sigma", "it is always 30 m/s^2"},
+    {"filters.one_euro.derivative_cutoff", "it is always 1 Hz"},
+    {"filters.robust_triangulation.loss", "it is always Geman and McClure's"},
+    {"filters.robust_triangulation.inlier_weight", "it is always 0.25"},
+    {"graph.inlier_weight", "it is always 0.25"},
+    {"graph.min_confidence", "it is always 0.05"},
+    {"graph.confidence_from", "use graph.pixel_noise_from"},
+    {"graph.stages", "the loss always narrows in two stages"},
+    {"graph.min_sigma_px", "it is always 1 px; graph.sigma_px sets the errors"},
+    {"graph.rival_starts", "it improved no recording"},
+    {"graph.birth_position_sigma_m", "it is always 1 m"},
+    {"graph.birth_velocity_sigma_mps", "it is always 3 m/s"},
+    {"graph.bone_loss",
+     "bone lengths have no robust loss; see graph.bone_sigma_from"},
+    {"graph.bone_swing", "it is always on"},
+    {"graph.start_from",
+     "joints always start where the frame's own views place them"},
     {"noise.model", "specify the detector's errors in [noise]"},
-    {"noise.hidden_confidence_factor", "0.9, always"},
-    {"noise.outlier_confidence_factor", "0.8, always"},
-    {"noise.false_life", "0.24 s, always"},
+    {"noise.hidden_confidence_factor", "it is always 0.9"},
+    {"noise.outlier_confidence_factor", "it is always 0.8"},
+    {"noise.false_life", "it is always 0.24 s"},
 };
 
 // A value given on the command line.
@@ -205,7 +209,7 @@ struct ConfigFile::Impl {
     for (const GoneKey& gone : kGoneKeys) {
       const std::string name = gone.key;
       if (key == name || key.rfind(name + ".", 0) == 0) {
-        return std::string("is gone: ") + gone.instead;
+        return std::string("was removed: ") + gone.instead;
       }
     }
     std::set<std::string> all = known;
@@ -426,7 +430,7 @@ class ConfigFile::Reader : public OptionVisitor {
     return *text;
   }
 
-  // A name or a number: 1 is read as "1".
+  // A name, which may be a number: 1 is read as "1".
   static std::string ToTextOrNumber(const Setting& setting) {
     if (const auto whole = setting.node->value_exact<int64_t>()) {
       return std::to_string(*whole);
@@ -437,8 +441,8 @@ class ConfigFile::Reader : public OptionVisitor {
     return ToText(setting, "expected a text or a number");
   }
 
-  // Calls `visit` for each element of a list, also of one such as "[360, 288]"
-  // on the command line; false if the key is not set.
+  // Calls `visit` for each element of a list, which may be a text such as
+  // "[360, 288]" on the command line; false if the key is not set.
   template <typename Visit>
   bool ForEachElement(const std::string& key, const std::string& expected,
                       const Visit& visit) const {
@@ -553,7 +557,7 @@ InputError ConfigFile::Locate(const OptionError& error) const {
 
 namespace {
 
-// Bones by the names of their ends, each of which must be a joint.
+// Reads bones from the names of their ends, each of which must be a joint.
 std::vector<Bone> ReadBones(const JsonField& field,
                             const std::vector<std::string>& joints) {
   std::vector<Bone> bones;

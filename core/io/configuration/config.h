@@ -1,6 +1,6 @@
-// TOML configurations: reads them into options, writes effective values, lists
-// keys. Defaults are defined in the options' structs, limits in their Describe
-// (core/base/options.h); nothing here depends on specific keys.
+// TOML configurations: reads them into options, writes effective values and
+// lists keys. Defaults are defined in the options' structs, limits in their
+// Describe (core/base/options.h); nothing here depends on specific keys.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 
@@ -20,9 +20,9 @@ namespace kinegraph {
 //
 //   ConfigFile config = ConfigFile::Read(path);
 //   config.Override("mode=graph;association.epsilon=9", "--set");
-//   config.Apply(&options);        // as many structs as there are
+//   config.Apply(&options);        // for each struct of options
 //   auto skeletons = config.ReadSkeletons();
-//   config.RejectUnknown();        // after all of them
+//   config.RejectUnknown();        // after all keys were read
 class ConfigFile {
  public:
   static ConfigFile Read(const std::string& path);
@@ -34,9 +34,9 @@ class ConfigFile {
   ConfigFile& operator=(ConfigFile&&) noexcept;
   ~ConfigFile();
 
-  // "key=value;key=value": dotted keys, scalar values, texts with or without
-  // quotes. Later calls override earlier ones, and all override the file;
-  // `source` ("--set") replaces file and line in messages.
+  // Sets keys by "key=value;key=value": dotted keys, values other than tables,
+  // texts with or without quotes. Later calls override earlier ones, and all
+  // override the file; `source` ("--set") replaces file and line in messages.
   void Override(const std::string& assignments, const std::string& source);
 
   // Reads every key of `options` that is present, checks type and limits, and
@@ -48,19 +48,19 @@ class ConfigFile {
     options->Describe(*reader);
   }
 
-  // The tables [skeletons.NAME] with joints = ["a", "b", ...] and bones =
-  // [["a", "b"], ...], in order of names. The name of a built-in skeleton is
-  // rejected.
+  // Reads the tables [skeletons.NAME] with joints = ["a", "b", ...] and bones =
+  // [["a", "b"], ...], in the order of their names. Throws InputError for the
+  // name of a built-in skeleton.
   std::vector<Skeleton> ReadSkeletons();
 
-  // Throws for the first key that no struct has read, suggesting the most
+  // Throws InputError for the first key that was not read, suggesting the most
   // similar known key.
   void RejectUnknown() const;
 
   // Whether the file or an override sets this key ("cameras.unit").
   bool Has(const std::string& key) const;
 
-  // The same error, with the place where its key is set, if any.
+  // The error with file and line, or the override, where its key is set.
   InputError Locate(const OptionError& error) const;
 
  private:
@@ -73,8 +73,8 @@ class ConfigFile {
   std::unique_ptr<Impl> impl_;
 };
 
-// The built-in or user's skeleton of that name. Throws InputError listing the
-// known names.
+// The built-in skeleton or the user's skeleton of that name. Throws InputError
+// listing the known names.
 Skeleton ResolveSkeleton(const std::string& name,
                          const std::vector<Skeleton>& user_skeletons);
 
@@ -91,7 +91,7 @@ std::string EffectiveConfigJson(Options... options) {
       [&](OptionVisitor& visitor) { (options.Describe(visitor), ...); });
 }
 
-// A key, for documentation.
+// The documentation of a key.
 struct ConfigKey {
   std::string table;  // "graph", "" for none
   std::string name;

@@ -9,14 +9,15 @@
 namespace kinegraph {
 namespace {
 
-// The parts separated by commas, between `begin` and `end`.
+// `begin`, the parts separated by commas, and `end`.
 std::string Joined(const std::string& begin,
                    const std::vector<std::string>& parts,
                    const std::string& end) {
   return begin + fmt::format("{}", fmt::join(parts, ", ")) + end;
 }
 
-// A value in TOML syntax. Names of numbers are unquoted, those of texts quoted.
+// A value in TOML syntax. In tables, names of numbers are written without
+// quotes and names of texts with quotes.
 std::string TomlText(const Json& value) {
   if (value.is_string()) return '"' + value.get<std::string>() + '"';
   if (value.is_number_float()) return fmt::format("{}", value.get<double>());

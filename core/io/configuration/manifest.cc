@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 using KeyTexts = std::vector<std::pair<std::string, std::string*>>;
 
-// The keys of a table and the fields for their texts.
+// The keys of a table and the members that store their texts.
 KeyTexts TextsOf(ManifestRecording* recording) {
   return {{"name", &recording->name},
           {"cameras", &recording->cameras},
@@ -44,7 +44,7 @@ KeyTexts TextsOf(ManifestConfiguration* one) {
 }
 
 // Reads the texts of one table. Unknown keys are rejected, the first `required`
-// must be present, and the name must be valid as a folder.
+// keys must be present, and the name must be valid as the name of a folder.
 void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
                std::set<std::string>* names) {
   std::string known;
@@ -71,7 +71,7 @@ void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
   }
 }
 
-// Paths in a manifest: absolute, or relative to its folder.
+// Makes paths absolute that are relative to the manifest's folder.
 void Place(const std::string& manifest,
            std::initializer_list<std::string*> paths) {
   const fs::path folder = fs::absolute(manifest).parent_path();
@@ -86,7 +86,7 @@ void ReadRecordings(const JsonField& tables, Manifest* manifest) {
     ManifestRecording& recording = manifest->recordings.emplace_back();
     ReadTexts(table, TextsOf(&recording), 3, &names);
     if (recording.ground_truth.empty() != recording.protocol.empty()) {
-      table.Fail("ground_truth and protocol belong together");
+      table.Fail("ground_truth and protocol must be given together");
     }
     Place(table.file(),
           {&recording.cameras, &recording.detections, &recording.ground_truth});
@@ -102,7 +102,7 @@ void ReadConfigurations(const JsonField& tables, Manifest* manifest) {
   }
 }
 
-// JSON's escapes are valid in TOML. Absent texts are left out.
+// JSON's escapes are valid in TOML. Empty texts are omitted.
 template <typename Table>
 std::string TableText(const std::string& heading, Table table) {
   std::string text = "\n[[" + heading + "]]\n";
@@ -134,10 +134,10 @@ Manifest ReadManifest(const std::string& path) {
     }
   }
   if (manifest.recordings.empty()) {
-    throw InputError(path, "", "[[takes]]: there is none");
+    throw InputError(path, "", "has no [[takes]]");
   }
   if (manifest.configurations.empty()) {
-    throw InputError(path, "", "[[configurations]]: there is none");
+    throw InputError(path, "", "has no [[configurations]]");
   }
   return manifest;
 }

@@ -1,11 +1,12 @@
-// A manifest: recordings and configurations, each recording to be run with
-// each.
+// A manifest lists recordings and configurations; each recording is run with
+// each configuration.
 //
-//   held_out = true                   # score held-out cameras too
-//   report = true                     # a page each
+//   held_out = true                   # also score held-out cameras
+//   compare = true                    # compare the smoothing strategies
+//   report = true                     # write an HTML report of each run
 //   [[takes]]
-//   name = "walk"                     # of a folder
-//   cameras = "walk/cameras.json"     # paths from the manifest's folder
+//   name = "walk"                     # also the name of its output folder
+//   cameras = "walk/cameras.json"     # relative to the manifest's folder
 //   detections = "walk/poses"
 //   ground_truth = "walk/truth.jsonl" # optional, with its protocol
 //   protocol = "mpjpe"
@@ -54,7 +55,8 @@ struct Manifest {
 // wrong type, or duplicate.
 Manifest ReadManifest(const std::string& path);
 
-// Text of a manifest that reads back as the same from any folder.
+// Text of a manifest. It reads back as the same manifest from any folder, since
+// paths are absolute.
 std::string ManifestText(const Manifest& manifest);
 
 }  // namespace kinegraph

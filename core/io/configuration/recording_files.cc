@@ -43,7 +43,7 @@ std::string ViewOf(const std::string& camera,
     ++matches;
   }
   if (matches != 1) {
-    throw InputError("camera: " + std::to_string(matches) + " views fit '" +
+    throw InputError("camera: " + std::to_string(matches) + " views match '" +
                      Printable(camera) + "', expected one");
   }
   return found;
@@ -151,7 +151,7 @@ ViewBias ReadViewBias(const std::string& path) {
   return bias;
 }
 
-// ---- Joints among markers ----
+// ---- Joints defined by markers ----
 
 namespace {
 
@@ -180,7 +180,7 @@ HipRule RegressionOf(const JsonField& field) {
   field.FailExpected("\"harrington\" or \"bell\"");
 }
 
-// The meaning of each key of a joint.
+// Reads one key of a joint's table.
 void ReadKey(const std::string& key, const JsonField& field, JointRule* rule) {
   if (key == "middle_of") {
     rule->markers = Texts(field);
@@ -222,15 +222,15 @@ JointRule RuleOf(const std::string& joint, const JsonField& table) {
     table.FailExpected("one of middle_of, marker, regression, functional");
   }
   if (rule.along.empty() != (rule.by_m == 0.0)) {
-    table.Fail("along and by_mm belong together");
+    table.Fail("along and by_mm must be given together");
   }
   const bool is_hip = rule.hip != HipRule::kNone;
   if (is_hip && (rule.asis.empty() || rule.psis.empty())) {
     table.FailExpected(
-        "asis = [\"left\", \"right\"] and psis = [...] beside it");
+        "asis = [\"left\", \"right\"] and psis = [...] in the same table");
   }
   if (is_hip && !rule.along.empty()) {
-    table.Fail("along belongs to middle_of and marker");
+    table.Fail("along requires middle_of or marker");
   }
   return rule;
 }
@@ -249,8 +249,7 @@ MarkerSet ReadJointRules(const std::string& path) {
       set.rules.push_back(RuleOf(joint.key, joint.field));
     }
   }
-  if (set.rules.empty())
-    throw InputError(path, "", "[joints.NAME]: there is none");
+  if (set.rules.empty()) throw InputError(path, "", "has no [joints.NAME]");
   return set;
 }
 

@@ -1,5 +1,5 @@
-// Small files beside a recording: the set of detections for held-out-camera
-// errors, a detector's bias, and a user's definitions of joints.
+// Small files that accompany a recording: the set of detections for errors of
+// held-out cameras, a detector's bias, and a user's definitions of joints.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
 
@@ -14,24 +14,26 @@ namespace kinegraph {
 
 // Reads {"confidence_at_least", "cap_px", "pairing_gate_m", "set": [{"camera",
 // "frame", "detection", "person"}]}; a camera is a name or a number. With
-// `view_names` each camera becomes the view of the same name, else the one with
-// the same last integer in its name. Throws InputError naming the file.
+// `view_names` each camera becomes the view of the same name, otherwise the
+// view with the same last integer in its name. Throws InputError naming the
+// file.
 HeldOutSet ReadHeldOutSet(const std::string& path,
                           const std::vector<std::string>& view_names = {});
 
-// NAME.bias.json: coefficients of a detector's bias, and the evidence for using
-// them. {"kinegraph_bias": 1, "azimuth_deg", "joints": [{"joint", "used",
-// "observations", "gain", "gain_error", "across_m": [10 numbers], "along_m"}]}
-// `tracks`: the fingerprint of the tracks beside it (side_files.h), or empty.
+// Writes NAME.bias.json: coefficients of a detector's bias, and the evidence
+// for using them. {"kinegraph_bias": 1, "azimuth_deg", "joints": [{"joint",
+// "used", "observations", "gain", "gain_error", "across_m": [10 numbers],
+// "along_m"}]} `tracks`: the fingerprint of the tracks to which it belongs
+// (side_files.h), or empty.
 void WriteViewBias(const std::string& path, const ViewBias& bias,
                    const std::string& tracks = "");
 
 // Throws InputError naming file and key for anything invalid.
 ViewBias ReadViewBias(const std::string& path);
 
-// A user's definition of joints by a laboratory's markers: [joints.NAME] with
-// one of `middle_of`, `marker`, `regression`, `functional` (docs/validate.md).
-// Throws InputError naming file and key.
+// Reads a user's definition of joints by the markers of a laboratory:
+// [joints.NAME] with one of `middle_of`, `marker`, `regression`, `functional`
+// (docs/validate.md). Throws InputError naming file and key.
 MarkerSet ReadJointRules(const std::string& path);
 
 }  // namespace kinegraph

@@ -31,7 +31,8 @@ RefinementRecord::Camera CameraOf(const JsonField& field) {
     for (const JsonField& one : places->Elements("parameter")) {
       const int place = PlaceOf(one);
       if (!camera.places.empty() && place <= camera.places.back()) {
-        one.FailExpected("each parameter once, in the order of the manual");
+        one.FailExpected(
+            "each parameter at most once, in the order of docs/formats.md");
       }
       camera.places.push_back(place);
     }
@@ -52,12 +53,12 @@ Eigen::MatrixXd CovarianceOf(const JsonField& field, int size) {
   return matrix;
 }
 
-// The file; an empty object if it cannot have a record.
+// The content of the file; an empty object if it cannot have a record.
 Json JsonWithRecord(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return Json::object();
   const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
-  // Other formats, and our own without a record, are not parsed further.
+  // Other formats, and cameras.json without a record, are not parsed.
   if (text.find("\"kinegraph_cameras\"") == std::string::npos ||
       text.find("\"refinement\"") == std::string::npos) {
     return Json::object();

@@ -1,5 +1,5 @@
-// The record of clocks and covariances that `track` adds to the refined cameras
-// in its cameras.json, so that a later run can apply them.
+// The record of clocks and covariances in a cameras.json that `track`,
+// `calibrate` or `doctor` wrote, so that a later run can apply them.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
 
@@ -11,8 +11,9 @@
 
 namespace kinegraph {
 
-// Names and units of the parameters of a camera and its clock, in the order of
-// a CameraChange (solvers/cameras/camera_change.h).
+// Names and units of the parameters of a camera and its clock: the first eleven
+// entries of a CameraChange (solvers/cameras/camera_change.h). Lens terms are
+// not recorded.
 inline constexpr std::array<const char*, 11> kCameraParameterNames = {
     "rotation_x_rad", "rotation_y_rad", "rotation_z_rad",  "centre_x_m",
     "centre_y_m",     "centre_z_m",     "shift_x_px",      "shift_y_px",
@@ -29,7 +30,8 @@ struct RefinementRecord {
   };
   double clock_zero_s = 0.0;
   std::vector<Camera> cameras;
-  // Of all `places`, camera by camera; empty if nothing was estimated.
+  // Covariance of all parameters in `places`, camera by camera; empty if
+  // nothing was estimated.
   Eigen::MatrixXd covariance;
 
   bool has_clocks() const;
@@ -39,9 +41,9 @@ struct RefinementRecord {
 // an unreadable record.
 std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path);
 
-// The record as in the file (JSON), to be written again with the same cameras
-// (WriteCameras); empty if there is none. Throws InputError for an unreadable
-// record.
+// The record's JSON text, to be written again with the same cameras
+// (WriteCameras); empty if there is no record. Throws InputError for an
+// unreadable record.
 std::string RefinementText(const std::string& path);
 
 }  // namespace kinegraph

@@ -34,7 +34,8 @@ namespace {
 
 constexpr const char* kKeypoints = "keypoints";
 
-// If no file specifies the joints, their number for the first person decides.
+// If no file specifies the skeleton, the first person's number of joints
+// determines it.
 void SettleSkeletonByCount(size_t joint_count, DetectionCollector* collector) {
   if (collector->has_skeleton()) return;
   collector->set_skeleton(*DetectorSkeletons(joint_count, kKeypoints).front());
@@ -42,7 +43,7 @@ void SettleSkeletonByCount(size_t joint_count, DetectionCollector* collector) {
 
 // ---- COCO ----
 // [{"image_id": frame, "keypoints": [x, y, c, ...], ...}, ...]. AlphaPose
-// writes the image's file name for the number; its last integer is the frame.
+// writes the image's file name as image_id; its last integer is the frame.
 
 int64_t FrameOf(JsonValue image_id) {
   if (!image_id.is_string()) return AsFrame(image_id, "image_id");
@@ -71,8 +72,8 @@ void ReadCocoFile(const std::string& path, size_t view_idx,
       });
 }
 
-// The person's score is the mean confidence of the found joints, the box their
-// bounding box.
+// "score" is the mean confidence of the found joints, "bbox" their bounding
+// box.
 void WriteCocoView(int64_t frame, const std::vector<Detection>& detections,
                    ViewFile* file) {
   for (const Detection& detection : detections) {
@@ -114,8 +115,8 @@ void WriteCoco(const std::string& path, const DetectionWriteOptions&,
 // [{"frame_id": 0, "instances": [{"keypoints": [[x, y], ...],
 // "keypoint_scores": [s, ...]}]}], or the same list as "instance_info" of an
 // object, whose "meta_info" specifies the joints (keypoint_id2name), bones
-// (skeleton_links) and the skeleton's name (dataset_name). In a folder per view
-// with one file per image, each file is a list of instances.
+// (skeleton_links) and the skeleton's name (dataset_name). With one folder per
+// view and one file per image, each file is a list of instances.
 
 namespace {
 
@@ -135,7 +136,7 @@ std::vector<std::string> LabelsOf(const JsonObject& names) {
   return labels;
 }
 
-// Uses `meta_info` if it names the joints.
+// Takes the skeleton from `meta_info` if that names the joints.
 void SettleMmposeSkeleton(JsonValue root, DetectionCollector* collector) {
   JsonObject file;
   JsonObject meta;
@@ -183,8 +184,8 @@ JsonArray FramesOf(JsonValue root) {
                  "instance_info");
 }
 
-// A file with all frames of a view, or a folder with one file of instances per
-// image.
+// Reads a file with all frames of a view, or a folder with one file of
+// instances per image.
 void ReadMmposeView(const std::string& path, size_t view_idx,
                     const DetectionReadOptions& options,
                     DetectionCollector* collector) {
@@ -250,7 +251,7 @@ void WriteMmpose(const std::string& path, const DetectionWriteOptions&,
                  lost_fields, WriteMmposeView);
 }
 
-// ---- COCO, one file of several cameras ----
+// ---- COCO, one file for several cameras ----
 // `images` are the views' frames, with the camera in "camera" (or "view",
 // "camera_id", or the folder of file_name) and the frame in "frame_id" (or
 // "frame", or the last integer of file_name); `annotations` are people, with
@@ -292,7 +293,7 @@ Image ReadImage(const JsonObject& object) {
   image.view = TextOf(object, {"camera", "view", "camera_id", "cam_id"})
                    .value_or(FolderOfImage(file_name));
   if (image.view.empty()) {
-    throw InputError("expected a key camera, or a folder in file_name");
+    throw InputError("expected the key 'camera', or a folder in file_name");
   }
   JsonValue frame;
   for (const char* key : {"frame_id", "frame"}) {
@@ -306,7 +307,7 @@ Image ReadImage(const JsonObject& object) {
   return image;
 }
 
-// Of the first category with keypoints.
+// The skeleton of the first category with keypoints.
 std::optional<Skeleton> CocoViewsSkeleton(const JsonArray& categories) {
   for (const JsonValue value : categories) {
     const JsonObject category = AsObject(value, "a category");
@@ -447,13 +448,13 @@ std::unique_ptr<DetectionSource> OpenCocoViews(
   for (const auto& [id, image] : images) collector.Touch(image.frame);
   for_each("annotations", "annotation", [&](const JsonObject& person) {
     JsonValue keypoints;
-    // Boxes and masks of other objects.
+    // Annotations of other objects have only boxes or masks.
     if (!Get(person, "keypoints", &keypoints)) return;
     const int64_t id = AsId(Required(person, "image_id"), "image_id");
     const auto image = images.find(id);
     if (image == images.end()) {
       throw InputError("image_id " + std::to_string(id) +
-                       " is none of the images");
+                       " does not occur in images");
     }
     const auto& [view, frame] = image->second;
     collector.Add(frame, view_idx[view])->joints =
@@ -496,7 +497,8 @@ void WriteCocoViews(const std::string& path,
   file.Commit();
   if (options.image_size.width_px == 0) {
     lost_fields->push_back(
-        "width and height of the images are 0; other programs may need them "
+        "the width and height of the images are written as 0; other programs "
+        "may need them "
         "(--image_size=W,H)");
   }
 }

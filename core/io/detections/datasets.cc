@@ -1,4 +1,4 @@
-// Formats of single data sets: longcw's annotations of Campus.
+// Formats of individual data sets: longcw's annotations of Campus.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -113,9 +113,8 @@ bool RecogniseLongcw(const DetectionHead& head) {
   return head.HasKey("frames") && head.HasKey("image_wh");
 }
 
-// Writes one annotation_2d.json. Its frames are identified by their times,
-// which requires a frame rate; it contains the image size, which has to be
-// given.
+// Writes one annotation_2d.json. It identifies frames by their times, which
+// requires a frame rate, and contains the image size, which must be given.
 void WriteLongcw(const std::string& path, const DetectionWriteOptions& options,
                  DetectionSource* source, LostFields* lost_fields) {
   const ImageSize& size = options.image_size;

@@ -39,7 +39,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Opens a format that kinegraph-adapters reads.
+// Opens a format that is read by kinegraph-adapters.
 template <const char* const& kName>
 std::unique_ptr<DetectionSource> OpenOurs(const std::string& path,
                                           const DetectionReadOptions& options) {
@@ -50,7 +50,7 @@ constexpr const char* kCaliscope = "caliscope";
 constexpr const char* kFreemocap = "freemocap";
 constexpr const char* kSleap = "sleap";
 
-// Whether it has the extension of a format of several files.
+// Whether the file has the extension of a format of several files.
 bool IsDataFile(const fs::path& path) {
   const std::string extension = path.extension().string();
   return std::any_of(DetectionFormats().begin(), DetectionFormats().end(),
@@ -86,27 +86,27 @@ const std::vector<DetectionFormat>& DetectionFormats() {
        "one folder per view, one file per frame (OpenPose, Pose2Sim, Sports2D)",
        ".json", Files::kFolderAView, RecogniseOpenpose, OpenOpenpose,
        WriteOpenpose},
-      {"coco", "COCO results, a file a view (AlphaPose too)", ".json",
+      {"coco", "COCO results, one file per view (also AlphaPose)", ".json",
        Files::kFileAView, RecogniseCoco, OpenCoco, WriteCoco, false,
        /*leaves_out_empty=*/true},
-      {"coco_views", "one COCO file of all cameras: images, annotations",
+      {"coco_views", "one COCO file for all cameras: images, annotations",
        ".json", Files::kOne, RecogniseCocoViews, OpenCocoViews, WriteCocoViews,
        /*names_image_size=*/true},
-      {"mmpose", "JSON, a file a view (MMPose, RTMPose)", ".json",
+      {"mmpose", "JSON, one file per view (MMPose, RTMPose)", ".json",
        Files::kFileAView, RecogniseMmpose, OpenMmpose, WriteMmpose},
       {"mediapipe",
-       "CSV, a file a view: frame, NAME_x, NAME_y, NAME_visibility", ".csv",
+       "CSV, one file per view: frame, NAME_x, NAME_y, NAME_visibility", ".csv",
        Files::kFileAView, RecogniseMediapipe, OpenMediapipe, WriteMediapipe},
       {"deeplabcut",
-       "CSV, a file a view (Lightning Pose too); a folder of such folders: "
-       "detectors that are fused",
+       "CSV, one file per view (also Lightning Pose); or one such folder per "
+       "detector, which are fused",
        ".csv", Files::kFileAView, RecogniseDeepLabCut, OpenDeepLabCut},
-      {"deeplabcut_h5", "DeepLabCut's HDF5, a file a view", ".h5",
+      {"deeplabcut_h5", "DeepLabCut's HDF5, one file per view", ".h5",
        Files::kFileAView, nullptr, OpenDeepLabCutH5},
       {"sleap",
-       "analysis HDF5, a file a view, or sleap-anipose's folder a camera",
+       "analysis HDF5, one file per view, or sleap-anipose's folder per camera",
        ".h5", Files::kFileAView, nullptr, OpenOurs<kSleap>},
-      {"freemocap", "FreeMoCap's 2D points, one NPY of all cameras", ".npy",
+      {"freemocap", "FreeMoCap's 2D points, one NPY for all cameras", ".npy",
        Files::kOne, nullptr, OpenOurs<kFreemocap>},
       {"longcw", "annotation_2d.json", ".json", Files::kOne, RecogniseLongcw,
        OpenLongcw, WriteLongcw, /*names_image_size=*/true}};

@@ -1,7 +1,6 @@
-// The formats of 2D detections, one entry each. Recognition, the key
-// detections.format, `convert --formats` with its flags and `synthesize
-// --format` follow from it. A new format requires its functions and two lines
-// in format.cc.
+// The table of 2D detection formats. Recognition, the key detections.format,
+// `convert --formats` with its flags and `synthesize --format` are derived from
+// it. A new format requires its functions and two lines in format.cc.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_FORMAT_H_
 
@@ -20,14 +19,14 @@ struct ImageSize {
 };
 
 struct DetectionWriteOptions {
-  ImageSize image_size;  // for formats that contain it
+  ImageSize image_size;  // for formats that store it
 };
 
 // The beginning of a path's content, to recognise its format.
 struct DetectionHead {
   std::string path;
   bool is_folder = false;
-  bool has_folders = false;  // in the folder: one per view
+  bool has_folders = false;  // the folder has subfolders, one per view
   // The file itself, or the first .json or .csv file of the folder or of its
   // first subfolder; empty if there is none.
   std::string file;
@@ -46,27 +45,27 @@ struct DetectionFormat {
   using Recognise = bool (*)(const DetectionHead& head);
   using Open = std::unique_ptr<DetectionSource> (*)(
       const std::string& path, const DetectionReadOptions& options);
-  // Writes a file or a folder, which appears when complete; takes the frames
-  // one by one from `source`. Throws InputError if it cannot be created.
-  // Omissions of the format are added to `lost_fields`.
+  // Writes a file or a folder, which appears only when it is complete; reads
+  // `source` frame by frame. Throws InputError if it cannot be created. Adds
+  // what the format cannot store to `lost_fields`.
   using Write = void (*)(const std::string& path,
                          const DetectionWriteOptions& options,
                          DetectionSource* source, LostFields* lost_fields);
   enum class Files {
     kOne,          // the whole recording
-    kFileAView,    // a folder with one file per view; a file is one view
+    kFileAView,    // a folder with one file per view, or the file of one view
     kFolderAView,  // a folder with one folder per view, one file per frame
-    kSession,      // the whole recording, found in the folder of its session
+    kSession,      // one file, also found if its session folder is given
   };
 
   std::string name;
   std::string layout;     // one line for users
-  std::string extension;  // of its files
+  std::string extension;  // of the files
   Files files = Files::kOne;
   Recognise recognise = nullptr;  // null: an adapter recognises it
   Open open = nullptr;
   Write write = nullptr;          // null: read only
-  bool names_image_size = false;  // files contain it (--image_size)
+  bool names_image_size = false;  // files store it (--image_size)
   // Images without detections have no entry.
   bool leaves_out_empty = false;
 };
@@ -77,11 +76,11 @@ const DetectionFormat* FindDetectionFormat(const std::string& name);
 
 // Reads the beginning of a path; throws InputError if it cannot be read.
 DetectionHead LookAtDetections(const std::string& path);
-// The format that recognises it, or nullptr.
+// The first format that recognises `head`, or nullptr.
 const DetectionFormat* RecogniseDetections(const DetectionHead& head);
 
-// Whether frames missing from the path are, as far as known, frames without
-// detections.
+// Whether the format of `path` omits frames without detections, as far as
+// known.
 bool LeavesOutEmptyFrames(const std::string& path,
                           const DetectionReadOptions& options);
 

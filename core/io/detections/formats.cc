@@ -119,7 +119,7 @@ std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
   if (!found.empty()) return found;
   throw InputError(key + ": found " + std::to_string(joint_count) +
                    " joints, expected " + expected +
-                   "; detections.skeleton names other skeletons");
+                   "; give other skeletons by detections.skeleton");
 }
 
 bool IsDeterminedByJointCount(const Skeleton& skeleton) {
@@ -282,7 +282,7 @@ void WriteFrames(DetectionSource* source, bool skeleton_known,
                  bool rate_known) {
   const DetectionHeader header = source->header();
   int64_t zero_confidence_joints = 0;
-  int64_t moved = 0;  // detections whose index in the frame changes
+  int64_t moved = 0;  // detections that get another index in their view
   bool own_times = false;
   for (DetectionFrame frame; source->Next(&frame);) {
     own_times = own_times ||
@@ -311,7 +311,7 @@ void WriteFrames(DetectionSource* source, bool skeleton_known,
                             "': name it when reading (detections.skeleton)");
   note(zero_confidence_joints > 0,
        std::to_string(zero_confidence_joints) +
-           " joints with confidence 0 read as missing unless "
+           " joints with confidence 0 are read as missing unless "
            "detections.zero_confidence = \"position\"");
   note(moved > 0, "people without joints are left out, so that " +
                       std::to_string(moved) +

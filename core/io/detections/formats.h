@@ -18,15 +18,14 @@
 
 namespace kinegraph {
 
-// The options passed to a format's `open` are checked; `skeleton` is set if
-// either the value or a name was given.
+// When a format's `open` is called, its options have been validated, and
+// `skeleton` is set if either a skeleton or its name was given.
 
-// A keypoint from x, y, confidence in the file's pixels. NaN, also as
-// confidence, means that it was not found. All readers use this function to
-// decide which points are missing.
+// A keypoint from position and confidence. It is not found if any of them is
+// not finite. All readers use this function to decide which joints are missing.
 Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
                       ZeroConfidence zero_confidence);
-// From three numbers per joint, in order.
+// Keypoints from x, y and confidence of each joint in turn.
 void SetKeypoints(const std::vector<double>& numbers,
                   ZeroConfidence zero_confidence,
                   std::vector<Keypoint>* joints);
@@ -36,14 +35,14 @@ using NamedPaths = std::vector<std::pair<std::string, std::string>>;
 
 // The view files of a folder in natural order (without truth.json), or the file
 // `path` itself; a view has the name of its file without the extension. Throws
-// InputError if there is none.
+// InputError if there are none.
 NamedPaths ListViewFiles(const std::string& path,
                          const std::string& extension = ".json");
-// The folders in a folder, without hidden ones, in natural order (2 before 10);
-// none for a file.
+// The subfolders of a folder that are not hidden, in natural order (2 before
+// 10). Empty for a file.
 NamedPaths ListViewFolders(const std::string& path);
 
-// The header by options and view names. `skeleton` is used if the options
+// A header from view names and options. `skeleton` is used if the options
 // specify none.
 DetectionHeader HeaderOf(std::vector<std::string> view_names,
                          const DetectionReadOptions& options,
@@ -51,14 +50,14 @@ DetectionHeader HeaderOf(std::vector<std::string> view_names,
 std::vector<std::string> NamesOf(const NamedPaths& paths);
 
 // Layouts of detectors with this number of joints, the most common first.
-// Throws InputError without a file, naming `key`, if there is none.
+// Throws InputError that names `key`, but no file, if there is none.
 std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
                                                const std::string& key);
-// Whether a reader that counts joints assumes this layout.
+// Whether a reader that knows only the number of joints assumes this layout.
 bool IsDeterminedByJointCount(const Skeleton& skeleton);
 
-// Collects detections of formats whose files contain a whole recording, with
-// frames in any order, and returns them frame by frame.
+// Collects detections from files with frames in any order, and then returns
+// them frame by frame.
 class DetectionCollector : public DetectionSource {
  public:
   explicit DetectionCollector(DetectionHeader header)
@@ -69,24 +68,25 @@ class DetectionCollector : public DetectionSource {
   bool Next(DetectionFrame* frame) override;
 
   bool has_skeleton() const { return header_.skeleton.joint_count() > 0; }
-  // For files whose first person determines it.
+  // For files in which the first person determines the skeleton.
   void set_skeleton(const Skeleton& skeleton) { header_.skeleton = skeleton; }
-  // For files that state it, called once per file (SkeletonOfLabels). The first
-  // file decides unless the options do. Throws InputError without a file if a
-  // later one has other labels, or another number than the options' skeleton.
+  // For files that name their joints; called once per file (SkeletonOfLabels).
+  // The first file determines the skeleton unless the options do. Throws
+  // InputError without a file name if a later file has other labels, or if
+  // their number differs from that of the options' skeleton.
   void SettleSkeleton(const std::vector<std::string>& labels,
                       const std::vector<Bone>& bones = {},
                       const std::string& name = "");
-  // A new detection with its index_in_file set.
+  // Adds a detection and sets its index_in_file.
   Detection* Add(int64_t frame, size_t view_idx);
-  // The same from joints; adds nothing if none was found.
+  // Adds a detection with these joints, unless none was found.
   void AddFound(int64_t frame, size_t view_idx, std::vector<Keypoint> joints);
-  // Creates the frame if it does not exist, even without detections.
+  // Returns the frame; creates it, without detections, if it does not exist.
   DetectionFrame* Touch(int64_t frame);
   void DropAfter(int64_t frame) {
     frames_.erase(frames_.upper_bound(frame), frames_.end());
   }
-  // Returns itself as a source once everything is collected.
+  // Moves the collected frames into the source that returns them.
   std::unique_ptr<DetectionSource> Finish();
 
  private:
@@ -96,35 +96,35 @@ class DetectionCollector : public DetectionSource {
   std::map<int64_t, DetectionFrame> frames_;
 };
 
-// For views whose files have their own frame rate or first frame number: each
-// is read at its own rate, and each of its frames joins the recording's frame
-// that is nearest in time, with its own capture time. If several frames of a
-// view are nearest to the same one, the closest joins. `open` opens the files
-// anew, with all views at the recording's rate; uses the options'
-// view_frame_rate_hz and view_frame_offset. Reads the whole recording. Throws
-// InputError for a view that does not exist, for an unknown rate of the
-// recording and for files that specify the times of their frames.
+// For views whose files have their own frame rate or first frame number
+// (view_frame_rate_hz and view_frame_offset of the options): each frame of such
+// a view is assigned to the recording's frame nearest in time and keeps its own
+// capture time. If several frames of a view are assigned to the same frame, the
+// closest is kept. `open` opens the files anew, with all views at the
+// recording's rate. Reads the whole recording. Throws InputError for a view
+// that does not exist and for files that specify the times of their frames, and
+// OptionError if the recording's rate is unknown.
 std::unique_ptr<DetectionSource> OpenRated(
     const std::function<std::unique_ptr<DetectionSource>()>& open,
     const DetectionReadOptions& options);
 
-// Adds the content of a view's file.
+// Adds the content of a view's file to the collector.
 using ReadView = void (*)(const std::string& path, size_t view_idx,
                           const DetectionReadOptions& options,
                           DetectionCollector* collector);
-// Reads the files of the views one after the other. If neither they nor the
-// options specify a skeleton, there are no detections, and it is COCO's.
+// Reads the files of the views one after the other. If they contain no
+// detections and nothing else specifies the skeleton, it is COCO's.
 std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,
                                            const DetectionReadOptions& options,
                                            ReadView read);
 
-// Our own lines from a pipe, which is closed (OwnLines).
+// Reads kinegraph's JSON Lines from a pipe and closes it at the end (OwnLines).
 std::unique_ptr<DetectionSource> OpenLines(const std::string& name,
                                            const DetectionReadOptions& options,
                                            int pipe, int silence_ms);
 
-// Reads what an adapter prints for a path. The second keeps people without any
-// joint at their indices.
+// Reads what an adapter prints for a path. OpenEverybodyByAdapter also returns
+// people without any joint, so that indices match the file.
 std::unique_ptr<DetectionSource> OpenByAdapter(
     const Adapter& adapter, const std::string& path,
     const DetectionReadOptions& options);
@@ -132,8 +132,8 @@ std::unique_ptr<DetectionSource> OpenEverybodyByAdapter(
     const Adapter& adapter, const std::string& path,
     const DetectionReadOptions& options);
 
-// Calls `read` with each object of the array that `list` returns. Exceptions
-// name the file and the position in the array, "entry 3".
+// Calls `read` with each object of the array that `list` returns. Errors name
+// the file and the position in the array, such as "entry 3".
 template <typename List, typename Read>
 void ForEachObject(const std::string& path, const std::string& entry,
                    std::string_view key, const List& list, const Read& read) {
@@ -148,7 +148,7 @@ void ForEachObject(const std::string& path, const std::string& entry,
       });
 }
 
-// Adds "[x, y]" of each joint, as many as there are scores.
+// Adds one joint for each "[x, y]" of `points`; `scores` has as many entries.
 void AddPoints(const JsonArray& points, std::string_view key,
                const std::vector<double>& scores,
                ZeroConfidence zero_confidence, Detection* detection);

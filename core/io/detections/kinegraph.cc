@@ -1,8 +1,9 @@
-// Our own detections, JSON Lines. Header: {"kinegraph_detections": 1,
-// "skeleton": {...}, "frame_rate": 25.0, "views": ["cam0", ...]}; then one line
-// per frame: {"frame": 300, "time": 12.0, "views": {"cam0": [{"joints": [[x, y,
-// c] or null, ...]}, ...]}, "capture_times": {"cam0": 12.001}}. capture_times
-// (alias view_times) lists only views whose time differs from the frame's.
+// kinegraph's own format of detections, JSON Lines. Header:
+// {"kinegraph_detections": 1, "skeleton": {...}, "frame_rate": 25.0, "views":
+// ["cam0", ...]}; then one line per frame: {"frame": 300, "time": 12.0,
+// "views": {"cam0": [{"joints": [[x, y, c] or null, ...]}, ...]},
+// "capture_times": {"cam0": 12.001}}. capture_times (alias view_times) lists
+// only views whose time differs from the frame's.
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
@@ -28,7 +29,7 @@ class KinegraphSource : public DetectionSource {
       : options_(options), lines_(path) {
     lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
   }
-  // Reads the output of an adapter.
+  // Reads the output of an adapter from a pipe.
   KinegraphSource(const std::string& name, const DetectionReadOptions& options,
                   int pipe, int silence_ms)
       : options_(options),
@@ -288,8 +289,8 @@ class DetectionWriter::Impl {
     }
     last_frame_ = frame.frame;
     out_.Add("{\"frame\": ", frame.frame);
-    // Without a clock all times are 0; if omitted, a reader with a given frame
-    // rate can compute them.
+    // Without a frame rate all times are 0. They are omitted, so that a reader
+    // that is given the rate can compute them.
     if (has_clock_ || frame.time != 0) {
       out_.Text(", \"time\": ");
       out_.Seconds(frame.time);
@@ -346,7 +347,7 @@ class DetectionWriter::Impl {
     out_.Text("]");
   }
 
-  // Only of views whose time differs from the frame's.
+  // Lists only views whose time differs from the frame's.
   void WriteCaptureTimes(const DetectionFrame& frame) {
     bool any = false;
     for (size_t v = 0; v < views_.size(); ++v) {

@@ -29,9 +29,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOpenposeKeypoints = "pose_keypoints_2d";
 
-// Enough to distinguish two layouts with certainty.
+// Enough to distinguish two layouts reliably.
 constexpr size_t kPeopleToRecogniseBy = 200;
-constexpr size_t kFilesAView = 40;
+constexpr size_t kFilesAView = 40;  // files sampled per view
 
 struct OpenPoseView {
   std::string FileAt(size_t place) const {
@@ -66,12 +66,12 @@ OpenPoseView ListFrames(const std::string& folder) {
       "appears twice: " + twice->second + ", " + std::next(twice)->second);
 }
 
-// BODY_25, OpenPose's own layout, before all others.
+// Throws InputError if no layout has this many numbers.
 std::vector<const Skeleton*> ByNumberCount(size_t number_count) {
   if (number_count % 3 != 0) {
     throw InputError(std::string(kOpenposeKeypoints) + ": found " +
                      std::to_string(number_count) +
-                     " numbers, expected three a joint");
+                     " numbers, expected three per joint");
   }
   return DetectorSkeletons(number_count / 3, kOpenposeKeypoints);
 }
@@ -112,7 +112,7 @@ class OpenPoseSource : public DetectionSource {
       frame->views[v].capture_time = frame->time;
       std::vector<Detection>* detections = &frame->views[v].detections;
       OpenPoseView& view = views_[v];
-      // Skips also files of frames that were not read because of an error in
+      // Also skips files of frames that were not read because of an error in
       // another view.
       while (view.next < view.files.size() &&
              view.files[view.next].first < frame->frame) {
@@ -129,10 +129,10 @@ class OpenPoseSource : public DetectionSource {
   }
 
  private:
-  // By the number of joints, and by the people's bones if several layouts have
-  // this number (skeleton_fit.h); BODY_25 without people. Samples files spread
-  // over the recording from every view first, then reads the others in case the
-  // samples have no people.
+  // Determines the skeleton by the number of joints and, if several layouts
+  // have this number, by the people's bones (skeleton_fit.h); BODY_25 if there
+  // are no people. First samples files of every view, spread over the
+  // recording; reads all files if these show too few people.
   Skeleton FindSkeleton() {
     std::vector<const Skeleton*> candidates;
     std::optional<SkeletonFit> fit;
@@ -151,8 +151,8 @@ class OpenPoseSource : public DetectionSource {
     return candidates.empty() ? Body25() : best();
   }
 
-  // Whether the layout is determined with one more file. The first person
-  // determines the candidates, all people their fit.
+  // Adds one more file; returns whether the layout is determined. The first
+  // person determines the candidates, all people decide among these.
   bool IsDetermined(const std::string& path,
                     std::vector<const Skeleton*>* candidates,
                     std::optional<SkeletonFit>* fit) {
@@ -253,8 +253,9 @@ void WritePeople(const std::string& path,
 bool RecogniseOpenpose(const DetectionHead& head) {
   if (!head.is_folder) return false;
   if (head.HasKey("people")) return true;
-  // Folders of views, possibly without files yet. Where the first data file is
-  // no JSON object, they have another format, such as DeepLabCut's detectors.
+  // Folders of views, possibly without files yet. If the first data file is no
+  // JSON object, this is another format, such as a folder per detector of
+  // DeepLabCut.
   return head.has_folders && (head.kind == '{' || head.kind == '\0');
 }
 

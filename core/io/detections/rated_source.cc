@@ -16,7 +16,7 @@ namespace {
 // Frame rate of a view [Hz], and the offset subtracted from its frame numbers.
 using Counting = std::pair<double, int64_t>;
 
-// Only for views that the options name.
+// The counting of each view that the options name.
 std::map<size_t, Counting> CountingOfViews(
     const DetectionHeader& header, const DetectionReadOptions& options) {
   std::map<size_t, Counting> counting;
@@ -51,8 +51,8 @@ bool ShowsAnybody(const DetectionFrame& frame,
   });
 }
 
-// Adds the frames of the views at the recording's own rate, from the first one
-// with detections on; returns the last one with detections.
+// Adds the frames of the views `own`, which have the recording's rate, from the
+// first frame with detections on. Returns the last frame with detections.
 int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
                     const std::map<size_t, Counting>& others,
                     DetectionSource* source, DetectionCollector* collector) {
@@ -63,12 +63,12 @@ int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
     if (std::abs(frame.time - clock.TimeOf(frame.frame)) > FromSeconds(1e-6)) {
       throw InputError(
           "input.view_frame_rate: frame " + std::to_string(frame.frame) +
-          " has its own time; such a file states the times of single views "
-          "by view_times");
+          " has its own time; such a file specifies the times of individual "
+          "views by view_times");
     }
     const bool has_any = ShowsAnybody(frame, own);
-    // Skip empty frames before the first: other views' files number
-    // differently.
+    // Empty frames before the first one may stem from files of the other views,
+    // which number their frames differently.
     if (!has_any && last < 0) continue;
     if (has_any) last = frame.frame;
     for (const auto& [v, counting] : others) {
@@ -81,8 +81,8 @@ int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
 }
 
 // Adds views with the same counting to the frames of the recording that are
-// nearest in time; a tie goes to the earlier frame, so that the recording does
-// not grow by half a frame. Returns the last of these.
+// nearest in time. A tie goes to the earlier frame, so that the recording does
+// not become longer. Returns the last frame to which detections were added.
 int64_t AddViews(const FrameClock& recording, const Counting& counting,
                  const std::vector<size_t>& views, DetectionSource* source,
                  DetectionCollector* collector) {
@@ -118,9 +118,10 @@ std::unique_ptr<DetectionSource> OpenRated(
   const std::unique_ptr<DetectionSource> source = open();
   const DetectionHeader& header = source->header();
   if (!(header.frame_rate_hz > 0.0)) {
-    throw OptionError("input.frame_rate",
-                      "not given, and views with rates of their own need it "
-                      "[Hz]");
+    throw OptionError(
+        "input.frame_rate",
+        "not given, but required in Hz for views with a frame rate or "
+        "frame numbers of their own");
   }
   const std::map<size_t, Counting> others = CountingOfViews(header, options);
   std::map<Counting, std::vector<size_t>> alike;

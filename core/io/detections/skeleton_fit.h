@@ -11,46 +11,49 @@
 
 namespace kinegraph {
 
-// A layout read in the wrong order joins a knee to an ear: its bones are longer
-// in the image than those of the right one, and left and right differ. Lengths
+// In the wrong layout, a bone may connect a knee with an ear: bones are longer
+// in the image than in the right layout, and left and right differ. The lengths
 // of arms, legs, shoulders and hips are divided by the diagonal of the box
-// around the joints; their medians over people depend on no unit and hardly on
-// posture or view. The mean length on Shelf is 0.21 for BODY_25 and 0.38 for
-// BODY_25B; on Pose2Sim's trials it is 0.26 and 0.18. Left and right differ by
-// 0.01 and 0.28 of their sum on Shelf, by 0.35 and 0.03 on Pose2Sim's. The
-// wrists of people who stand with hanging arms are beside their hips: in the
-// wrong order their bones have nearly the right length, and only the sides
-// differ.
+// around the joints; their medians over people have no unit and hardly depend
+// on posture or view. The mean length is 0.21 for BODY_25 and 0.38 for BODY_25B
+// on Shelf, where BODY_25 is right; it is 0.26 and 0.18 on Pose2Sim's trials,
+// where BODY_25B is right. Left and right differ by 0.01 and 0.28 of their sum
+// on Shelf, and by 0.35 and 0.03 on Pose2Sim's trials. If people stand with
+// hanging arms, their wrists are beside their hips: bones then have nearly the
+// right length in the wrong layout too, and only left and right differ.
 class SkeletonFit {
  public:
-  // Candidates have the joint count of the detections. The first is the
+  // All candidates have as many joints as the detections. The first is the
   // default.
   explicit SkeletonFit(std::vector<const Skeleton*> candidates);
 
-  // Ignores people with fewer than eight found joints, and everything after the
-  // first few thousand people to bound memory.
+  // Adds a person. Ignores people with fewer than eight found joints and, to
+  // bound memory, everybody after the first few thousand.
   void See(const Detection& detection);
   bool full() const;
 
-  // Number of people measured, by the candidate with the most.
+  // Number of people measured: the maximum over the candidates.
   size_t people() const;
-  // Median share of the candidate; 0 if no person was measured.
+  // Mean bone length of a person as a fraction of the diagonal, median over
+  // people; 0 if no person was measured.
   double MedianShare(size_t candidate_idx) const;
-  // Whether the candidate's bones are too long for people: the median share of
-  // those seen down to an ankle, at least `kEnoughPeople`. The box of half a
-  // body is small, so that bones of the right layout look long.
+  // Whether the candidate's bones are too long: the median share exceeds
+  // kImplausible over at least kEnoughPeople people of whom an ankle is seen.
+  // Others do not count, since bones look long in the small box around half a
+  // body.
   bool Implausible(size_t candidate_idx) const;
-  // Difference of left and right limbs as a share of their sum: mean over limbs
-  // of the medians over people. 0: equal; at most 1.
+  // Difference between the left and right bone lengths (medians over people) as
+  // a fraction of their sum, mean over pairs of bones: 0 (equal) .. 1.
   double SideDifference(size_t candidate_idx) const;
-  // The best candidate: one other than the first only if its measure, the
-  // median share times one plus the side difference, is smaller by the factor
-  // `kClearly` on at least `kEnoughPeople`.
+  // The candidate with the smallest score, which is MedianShare * (1 +
+  // SideDifference). A candidate other than the first is chosen only if its
+  // score is below kClearly times the first one's and both were measured on at
+  // least kEnoughPeople people.
   size_t Best() const;
 
   static constexpr double kClearly = 0.85;
   static constexpr size_t kEnoughPeople = 5;
-  // The largest median share of a right layout was 0.26.
+  // The largest median share found for a right layout was 0.26.
   static constexpr double kImplausible = 0.32;
 
  private:
@@ -58,8 +61,8 @@ class SkeletonFit {
     const Skeleton* skeleton = nullptr;
     std::vector<Bone> bones;
     std::vector<double> shares;
-    std::vector<double> whole_shares;  // of those seen down to an ankle
-    // Per bone; empty if no person had it.
+    std::vector<double> whole_shares;  // of people of whom an ankle is seen
+    // Lengths by bone and person, as fractions of the diagonal.
     std::vector<std::vector<double>> lengths;
   };
 

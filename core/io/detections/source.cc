@@ -33,7 +33,8 @@ std::vector<std::string> FormatNames() {
 DetectionReadOptions Checked(DetectionReadOptions options) {
   if (!(options.frame_rate_hz >= 0.0 &&
         options.frame_rate_hz <= kMaxFrameRate_hz)) {
-    throw OptionError("input.frame_rate", "expected above 0 .. 1e6 Hz");
+    throw OptionError("input.frame_rate",
+                      "expected a rate above 0 and at most 1e6 Hz");
   }
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
     throw OptionError("detections.first_frame", "expected a frame number >= 0");
@@ -60,39 +61,41 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
                               const DetectionHead& head) {
   if (head.is_folder && head.file.empty()) {
     throw InputError(path, "",
-                     "is a folder without detections, expected one folder or "
-                     "one .json or .csv file a view");
+                     "is a folder without detections, expected one folder per "
+                     "view, or one .json or .csv file per view");
   }
   if (head.HasKey("people")) {
     throw InputError(path, "",
-                     "is one OpenPose frame, expected the folder that holds "
-                     "one folder a view");
+                     "is a single OpenPose frame, expected the folder with one "
+                     "subfolder per view");
   }
   if (head.HasKey("kinegraph")) {
-    throw InputError(path, "", "is a file of tracks, expected detections");
+    throw InputError(path, "", "contains tracks, expected detections");
   }
   const std::vector<std::string> names = FormatNames();
   throw InputError(
       path, "",
-      fmt::format("is no known detection format, expected one of {} (`convert "
-                  "--formats` says what they are){}",
+      fmt::format("is in no known detection format, expected one of {} "
+                  "(`convert --formats` describes them){}",
                   fmt::join(names.begin() + 1, names.end(), ", "),
                   WayOnFrom(head.HasKey("3d_pairs") ? "smap" : "")));
 }
 
 void CheckWhole(const DetectionHead& head, const DetectionFormat& format) {
   if (head.is_folder && format.files == DetectionFormat::Files::kOne) {
-    throw InputError(head.file, "",
-                     "names a whole recording: give this file, not its folder");
+    throw InputError(
+        head.file, "",
+        "contains a whole recording: pass this file, not its folder");
   }
 }
 
 void CheckSkipping(const std::string& path, const std::string& format,
                    const DetectionReadOptions& options) {
   if (!options.skip_bad_frames || format == "kinegraph") return;
-  throw OptionError("input.skip_bad_frames",
-                    "is for our own detections (JSON Lines), and '" +
-                        Printable(path) + "' is " + format);
+  throw OptionError(
+      "input.skip_bad_frames",
+      "applies only to kinegraph's own format (JSON Lines), and '" +
+          Printable(path) + "' is " + format);
 }
 
 std::unique_ptr<DetectionSource> OpenAs(const Adapter& adapter,
@@ -109,7 +112,7 @@ std::unique_ptr<DetectionSource> OpenAs(const DetectionFormat& format,
   return format.open(path, options);
 }
 
-// By content.
+// Opens `path` in the format recognised by its content.
 std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
                                          const DetectionReadOptions& options) {
   // Input from a pipe cannot be inspected before it is read.
@@ -121,7 +124,8 @@ std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
   }
   const DetectionHead head = LookAtDetections(path);
   const DetectionFormat* format = RecogniseDetections(head);
-  // Subfolders are views of OpenPose by default only.
+  // A folder of subfolders without data files is OpenPose's only if no adapter
+  // reads it.
   const bool is_certain = !head.is_folder || head.kind != '\0';
   if (format != nullptr && is_certain) {
     CheckWhole(head, *format);
@@ -133,7 +137,7 @@ std::unique_ptr<DetectionSource> OpenAny(const std::string& path,
     CheckWhole(head, *format);
     return OpenAs(*format, path, options);
   }
-  // The entry in our list may do more than run the adapter.
+  // The entry in DetectionFormats() may do more than run the adapter.
   format = FindDetectionFormat(adapter->name);
   return format != nullptr ? OpenAs(*format, path, options)
                            : OpenAs(*adapter, path, options);
@@ -146,22 +150,25 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   if (format == nullptr) {
     throw OptionError(
         "detections.format",
-        "found '" + Printable(options.format) + "', which is not read");
+        "found '" + Printable(options.format) +
+            "', which is no detection format (`convert --formats` lists them)");
   }
   return OpenAs(*format, path, options);
 }
 
 // ---- Checks of the input ----
 
-// Bound of normalised positions. Joints may lie up to one image size outside:
-// at -1 .. 2 if normalised to 0 .. 1, at -3 .. 3 if to -1 .. 1.
+// Largest normalised coordinate. Joints may lie up to one image size outside
+// the image: at -1 .. 2 if normalised to 0 .. 1, at -3 .. 3 if to -1 .. 1.
 constexpr double kMostShare = 3.0;
-// Normalised positions of people spread over part of the image, unlike the
-// placeholders that detectors write for unseen joints, such as (-1, -1).
+// Smallest extent of normalised positions: people take up part of the image,
+// unlike the placeholders that detectors write for unseen joints, such as
+// (-1, -1).
 constexpr double kLeastSpread = 0.1;
 constexpr double kLargestImagePx = 65535.0;  // limit of JPEG; videos are
                                              // smaller
-// A single detection in a corner of the image does not reject a recording.
+// People without pixel coordinates that reject a view: a single detection in a
+// corner of the image does not.
 constexpr int64_t kEnoughPeople = 10;
 
 bool CanBeShares(const Eigen::AlignedBox2d& box) {
@@ -256,12 +263,12 @@ class CheckedSource : public DetectionSource {
   }
 
  private:
-  // Of the people in one view.
+  // Statistics of the positions of all people in one view.
   struct Positions {
     bool are_pixels = false;
     int64_t shares = 0;       // people whose positions may be normalised
     int64_t far = 0;          // people beyond any image
-    Eigen::AlignedBox2d box;  // around all of them
+    Eigen::AlignedBox2d box;  // around all people
   };
 
   size_t ViewNamed(const std::string& name, const std::string& key) const {
@@ -317,8 +324,8 @@ class CheckedSource : public DetectionSource {
     }
   }
 
-  // The same at the end of a recording in which no view is certainly in pixels:
-  // one person with other positions is then enough to reject a view.
+  // At the end of a recording in which no view is certainly in pixels, a single
+  // person with other positions is enough to reject a view.
   void CheckShortRecording() const {
     if (std::none_of(positions_.begin(), positions_.end(),
                      [](const Positions& seen) { return seen.are_pixels; })) {
@@ -336,7 +343,7 @@ class CheckedSource : public DetectionSource {
         Printable(header().view_names[view_idx]), box.min().x(), box.max().x(),
         box.min().y(), box.max().y());
     if (seen.shares == 0 && seen.far >= enough_people) {
-      throw InputError(where + ", where no image reaches, expected pixels");
+      throw InputError(where + ", outside any possible image, expected pixels");
     }
     if (seen.far > 0 || seen.shares < enough_people ||
         box.sizes().maxCoeff() < kLeastSpread) {
@@ -344,7 +351,8 @@ class CheckedSource : public DetectionSource {
     }
     const bool is_signed = box.min().minCoeff() < -0.5;
     throw InputError(
-        where + ", shares of the image, expected pixels: multiply " +
+        where +
+        ", which are normalised by the image size, expected pixels: multiply " +
         (is_signed ? "(x + 1) / 2" : "x") + " by the image's width and " +
         (is_signed ? "(y + 1) / 2" : "y") +
         " by its height (OpenPose: detect without "
@@ -385,23 +393,26 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
   visitor.Text("skeleton", &skeleton_name,
                "skeleton of the detections if the file does not specify it");
   visitor.Choice("zero_confidence", &zero_confidence, {"missing", "position"},
-                 "what a joint with confidence 0, or at exactly (0, 0), is");
+                 "how to treat a joint with confidence 0 or at exactly (0, 0)");
   visitor.TextList("exchange_sides", &exchange_sides,
                    "views in which left and right are exchanged");
   visitor.TextMap("mirror_px", &mirror_px,
-                  "mirrored views: x1279 reads 1279 - x for x, y719 719 - y "
-                  "for y");
+                  "mirrored views: x1279 replaces x by 1279 - x, y719 "
+                  "replaces y by 719 - y");
   visitor.Integer("first_frame", &first_frame,
                   Between(0.0, static_cast<double>(kMaxFrame)), "frames",
-                  "frame number of a file that names none");
+                  "number of the first frame, for files without frame numbers");
   visitor.Integer("max_per_view", &max_per_view, Between(1.0, 1e6),
                   "detections",
-                  "most detections of one view in one frame; more are refused");
+                  "maximum number of detections per view and frame; input with "
+                  "more is rejected");
   visitor.Integer(
       "max_per_frame", &max_per_frame, Between(1.0, 1e6), "detections",
-      "most detections of all views in one frame; more are refused");
+      "maximum number of detections per frame, all views together; input with "
+      "more is rejected");
   visitor.Integer("max_joints", &max_joints, Between(1.0, 1e4), "joints",
-                  "most joints of the detections' skeleton; more are refused");
+                  "maximum number of joints of the detections' skeleton; input "
+                  "with more is rejected");
 }
 
 std::unique_ptr<DetectionSource> OpenDetections(
@@ -417,9 +428,9 @@ std::unique_ptr<DetectionSource> OpenDetections(
     }
     if (IsPipe(path)) {
       throw InputError(path, "",
-                       "views that count frames in their own way "
-                       "(input.view_frame_rate, input.view_frame_offset) are "
-                       "read several times, which a stream cannot be");
+                       "input.view_frame_rate and input.view_frame_offset "
+                       "require reading the input several times, which is "
+                       "impossible for a stream");
     }
     return check(OpenRated([=] { return Open(path, checked); }, checked));
   } catch (const fs::filesystem_error& error) {

@@ -15,23 +15,25 @@
 
 namespace kinegraph {
 
-// Meaning of a joint with confidence 0 or at exactly (0, 0): detectors such as
-// YOLO write the latter, with any confidence, for joints they do not see.
+// Meaning of a joint with confidence 0 or at exactly (0, 0): for joints that
+// they do not see, detectors such as YOLO write (0, 0) with any confidence.
 enum class ZeroConfidence {
   kMissing,   // not a measurement
   kPosition,  // an ordinary position (e.g. interpolated)
 };
 
 struct DetectionReadOptions {
-  // "auto": by content; else a name of DetectionFormats (format.h).
+  // The name of one of DetectionFormats (format.h); "auto": recognised by
+  // content.
   std::string format = "auto";
   ZeroConfidence zero_confidence = ZeroConfidence::kMissing;
-  // Name of a built-in skeleton if the file does not specify it uniquely
-  // (BODY_25B looks like BODY_25). Empty: by the file.
+  // Name of a built-in skeleton, for files that do not determine it uniquely
+  // (BODY_25 and BODY_25B have the same number of joints). Empty: the file
+  // determines it.
   std::string skeleton_name;
   // A user-defined skeleton; overrides the name.
   std::optional<Skeleton> skeleton;
-  // Overrides the file's rate. 0: the file's, if any.
+  // Overrides the file's frame rate; 0: not given.
   double frame_rate_hz = 0.0;
   // Views whose files have their own frame rate [Hz].
   std::map<std::string, double> view_frame_rate_hz;
@@ -44,25 +46,25 @@ struct DetectionReadOptions {
   std::map<std::string, std::string> mirror_px;
   // First frame number for files without numbers (FreeMoCap).
   int64_t first_frame = 0;
-  // Association compares all people and all joints: input beyond these limits
-  // is rejected before it takes minutes per frame.
+  // Association compares all people and all joints. Input beyond these limits
+  // would take minutes per frame and is rejected.
   int64_t max_per_view = 300;    // detections per view and frame
   int64_t max_per_frame = 1000;  // over all views
   int64_t max_joints = 1000;     // of the detections' skeleton
-  // Times of our own format may repeat or decrease, for readers that allow it
-  // (Session).
+  // Allows times that repeat or decrease in kinegraph's own format, for callers
+  // that can use them (Session).
   bool any_clock = false;
-  // Frames of our own format that cannot be read are skipped and counted.
+  // Skips and counts frames of kinegraph's own format that cannot be read.
   bool skip_bad_frames = false;
 
-  // Keys of the table "detections", which the caller enters.
+  // The keys of the table "detections"; the caller enters the table.
   void Describe(OptionVisitor& visitor);
 };
 
-// Skipped frames (DetectionReadOptions::skip_bad_frames).
+// Frames skipped because of DetectionReadOptions::skip_bad_frames.
 struct BadFrames {
   int64_t count = 0;
-  std::string last;  // error of the last one
+  std::string last;  // error of the last skipped frame
 };
 
 class DetectionSource {
@@ -72,22 +74,22 @@ class DetectionSource {
   virtual const DetectionHeader& header() const = 0;
   // The next frame, in ascending order; false at the end. Every view has an
   // entry, which may be empty. Frames missing in all views are omitted. Times
-  // are the file's, else frame / frame rate, else 0. Throws InputError.
-  // Overwrites `frame`; reusing the same one saves allocations.
+  // are those in the file, otherwise frame / frame rate, or 0 if the rate is
+  // unknown. Throws InputError. Overwrites `frame`; reusing the same object
+  // saves allocations.
   virtual bool Next(DetectionFrame* frame) = 0;
   // Total number of frames, for progress; -1 if unknown. May read the whole
-  // file (our own format): call it once.
+  // file (kinegraph's own format), so call it once.
   virtual int64_t frame_count() const { return -1; }
-  // Frames skipped so far, and the error of the last one.
   virtual BadFrames bad_frames() const { return {}; }
 };
 
-// Opens detections and reads what applies to the whole recording. Throws
+// Opens detections and reads their header. Throws
 // InputError naming the file; OptionError if `options` are invalid.
 std::unique_ptr<DetectionSource> OpenDetections(
     const std::string& path, const DetectionReadOptions& options = {});
 
-// All frames at once.
+// Reads all frames.
 DetectionSequence ReadDetections(const std::string& path,
                                  const DetectionReadOptions& options = {});
 

@@ -33,7 +33,7 @@ struct KeypointColumns {
 };
 
 // The joints of one person in a row; an empty cell or "nan" is a missing joint.
-// Throws InputError without a file, naming the column by `labels`.
+// Throws InputError that names the joint, but no file.
 std::vector<Keypoint> ReadKeypointRow(
     const std::vector<std::string>& cells,
     const std::vector<KeypointColumns>& columns,
@@ -59,10 +59,10 @@ std::vector<Keypoint> ReadKeypointRow(
 
 // ---- DeepLabCut ----
 // DeepLabCut's predictions (and Lightning Pose's), CSV or HDF5, one file per
-// view: one column per coordinate, named by individual (with several animals or
-// people only), bodypart and coord. A folder with one such folder per detector
-// (for example two seeds of Lightning Pose) is one recording, in which they are
-// fused.
+// view: one column per coordinate, named by individual (only with several
+// animals or people), bodypart and coord. A folder with one such folder per
+// detector (for example two seeds of Lightning Pose) is one recording, in which
+// the detectors are fused.
 
 namespace {
 
@@ -83,8 +83,9 @@ size_t DeepLabCutPlaceOf(const std::string& name, Texts* names) {
   return place;
 }
 
-// Takes one name per column; `individuals` may be empty. Columns before `first`
-// are the index. Throws InputError without a file.
+// Each argument has one name per column, except that `individuals` may be
+// empty. Columns before `first` are the index. Throws InputError without a file
+// name.
 DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
                                         const Texts& parts, const Texts& coords,
                                         size_t first) {
@@ -151,11 +152,12 @@ Keypoint FuseJoint(const JointsByDetector& by_detector, size_t j, int detectors,
 }
 
 // The recording being read. With several detectors, for example two seeds of
-// one network, each joint of a view is the mean of their positions weighted by
-// confidence; its confidence is the mean of theirs, 0 for a detector that does
-// not see it. If they differ by more than a twentieth of the diagonal of the
-// person's box (some 9 cm on an adult, more than noise), the most confident one
-// is taken and the others count as not seeing the joint.
+// one network, the position of a joint is their mean weighted by confidence;
+// its confidence is the mean over all detectors, where a detector that does not
+// see the joint counts with 0. If a position differs from the most confident
+// one by more than a twentieth of the diagonal of the person's box (some 9 cm
+// on an adult, more than noise), the most confident position is used and the
+// other detectors count as not seeing the joint.
 class DeepLabCutRecording : public DetectionCollector {
  public:
   DeepLabCutRecording(const DetectionHeader& header, int detectors)
@@ -194,8 +196,8 @@ class DeepLabCutRecording : public DetectionCollector {
   std::map<std::tuple<int64_t, size_t, size_t>, JointsByDetector> waiting_;
 };
 
-// Opens a folder with one file per view, one such file, or a folder with one
-// such folder per detector. `read` adds one file to the recording.
+// Opens a folder with one file per view, the file of one view, or a folder with
+// one such folder per detector. `read` adds one file to the recording.
 std::unique_ptr<DetectionSource> OpenDetectors(
     const std::string& path, const DetectionReadOptions& options,
     const std::string& extension,
@@ -215,7 +217,7 @@ std::unique_ptr<DetectionSource> OpenDetectors(
     if (NamesOf(files[d]) != views) {
       throw InputError(detectors[d].second, "",
                        "has other views than " + detectors.front().second +
-                           ", expected the same ones of every detector");
+                           ", expected the same views for every detector");
     }
     for (size_t v = 0; v < files[d].size(); ++v) {
       read(files[d][v].second, v, options, &recording);
@@ -323,10 +325,9 @@ std::unique_ptr<DetectionSource> OpenDeepLabCutH5(
 }
 
 // ---- MediaPipe ----
-// MediaPipe's landmarks as a table, one file per view:
-// "frame,NAME_x,NAME_y,NAME_visibility,...", one row per frame (with a column
-// "person": per frame and person), in pixels. Names are those of any skeleton,
-// in any spelling.
+// MediaPipe's landmarks as a table in pixels, one file per view:
+// "frame,NAME_x,NAME_y,NAME_visibility,...", one row per frame, or per frame
+// and person. Joints may have the names of any skeleton, in any spelling.
 
 namespace {
 

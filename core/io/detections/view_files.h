@@ -1,5 +1,5 @@
-// Shared by the writers of detections: people in JSON, one file per view, and
-// lost fields. For core/io/detections only.
+// Shared by the writers of detections: writes people as JSON and one file per
+// view, and notes lost fields. For core/io/detections only.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_VIEW_FILES_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_VIEW_FILES_H_
 
@@ -16,35 +16,36 @@
 
 namespace kinegraph {
 
-// "x, y, confidence, ..." of all joints; zeros, here and below, for joints that
-// were not found.
+// Writes "x, y, confidence, ..." of all joints. Here and below, joints that
+// were not found are written as zeros.
 void WriteKeypoints(const Detection& detection, JsonOutput* out);
-// "[x, y], ..." and "c, ...".
+// Write "[x, y], ..." and "confidence, ...".
 void WritePoints(const Detection& detection, JsonOutput* out);
 void WriteConfidences(const Detection& detection, JsonOutput* out);
 
-// Fields of COCO besides the joints, over the found joints; zeros if there are
-// none.
+// COCO's fields other than the joints, computed from the found joints; zeros if
+// there are none.
 struct DetectionSummary {
   double score = 0.0;  // mean confidence
   int found = 0;
-  Eigen::Vector2d low_px = Eigen::Vector2d::Zero();  // of their bounding box
+  Eigen::Vector2d low_px =
+      Eigen::Vector2d::Zero();  // corner of the bounding box
   Eigen::Vector2d size_px = Eigen::Vector2d::Zero();
 };
 DetectionSummary Summarise(const Detection& detection);
-// "x, y, width, height".
+// Writes "x, y, width, height".
 void WriteBox(const DetectionSummary& summary, JsonOutput* out);
 
 // Passes each frame of `source` to `write`, and notes what is lost by a format
-// that stores only frame numbers, x, y and confidence. `skeleton_known`:
-// readers recognise the skeleton by the file; `rate_known`: they assume the
-// right frame rate.
+// that stores only frame numbers, x, y and confidence. `skeleton_known`: the
+// file determines the skeleton for its readers; `rate_known`: they know the
+// frame rate.
 void WriteFrames(DetectionSource* source, bool skeleton_known,
                  LostFields* lost_fields,
                  const std::function<void(const DetectionFrame& frame)>& write,
                  bool rate_known = false);
 
-// A view's file during writing.
+// The file of a view that is being written.
 struct ViewFile {
   explicit ViewFile(const std::string& path) : file(path) {}
   // Begins the next entry of a JSON list, on its own line.
@@ -56,20 +57,20 @@ struct ViewFile {
 };
 
 // Writes a folder with one file per view, named after the view: a table with
-// the first line `heading`, or a JSON list if that is empty. `write` adds the
-// detections of a frame. Returns the number of frames without detections.
-// Throws InputError if a name cannot be a file's.
+// the first line `heading`, or a JSON list if `heading` is empty. `write` adds
+// the detections of a frame. Returns the number of frames without detections.
+// Throws InputError if a view's name cannot be a file name.
 int64_t WriteViewFiles(const std::string& path, const std::string& extension,
                        const std::string& heading, DetectionSource* source,
                        bool skeleton_known, LostFields* lost_fields,
                        void (*write)(int64_t frame,
                                      const std::vector<Detection>& detections,
                                      ViewFile* file));
-// For formats with one entry per person.
+// Notes the loss of empty frames, for formats with one entry per person.
 void NoteEmptyFrames(int64_t empty_frames, LostFields* lost_fields);
 
-// Readers of JSON ignore truth.json in a folder: throws for a view of that
-// name. `format` completes "cannot be written as ...".
+// Throws InputError for a view named "truth", since readers of JSON ignore
+// truth.json in a folder. `format` completes "cannot be written as ...".
 void RefuseViewTruth(const DetectionHeader& header, const std::string& format);
 
 }  // namespace kinegraph

@@ -45,7 +45,7 @@ std::optional<std::string> LastNumber(const Words& words) {
   return at == words.rend() ? std::nullopt : std::optional(*at);
 }
 
-// The first names of a list, for a message.
+// The first names of a list, as text for a message.
 std::string Listed(const std::vector<std::string>& names) {
   constexpr size_t kShown = 8;
   std::string text;
@@ -142,7 +142,8 @@ class Pairing {
     }
   }
 
-  // By the first rule that fits all of `views` without a camera.
+  // Pairs those of `views` that have no camera yet, by the first rule that fits
+  // all of them; false if none does.
   bool PairRest(std::vector<size_t> views) {
     views.erase(std::remove_if(views.begin(), views.end(),
                                [this](size_t v) {
@@ -156,7 +157,7 @@ class Pairing {
            PairByOrder(views);
   }
 
-  // Throws with the reason why no rule fits.
+  // Throws InputError with the reason why no rule fits.
   void Fail(const std::vector<size_t>& views) const {
     const bool may_be_left = unpaired_ == UnpairedViews::kLeaveOut;
     std::vector<int> claimed = owner_;
@@ -175,15 +176,15 @@ class Pairing {
       if (candidates.size() > 1) {
         std::vector<std::string> names;
         for (const int c : candidates) names.push_back(NameOf(c));
-        throw InputError(view + " may belong to " + Listed(names) +
+        throw InputError(view + " matches the cameras " + Listed(names) +
                          "; cameras.map (or cameras.use) must decide");
       }
       Claim(v, candidates.front(), &claimed);
     }
     if (may_be_left) return;
-    throw InputError("the views " + Listed(views_) + " and the cameras " +
-                     Listed(cameras_) +
-                     " have names of two kinds; cameras.map must pair them");
+    throw InputError(
+        "the views " + Listed(views_) + " and the cameras " + Listed(cameras_) +
+        " have names that do not match; cameras.map must pair them");
   }
 
   const ViewPairing& result() const { return result_; }
@@ -195,13 +196,13 @@ class Pairing {
     return cameras_[static_cast<size_t>(camera)];
   }
 
-  // Throws InputError if the camera belongs to another view.
+  // Assigns the camera to the view. Throws InputError if another view has it.
   void Claim(size_t view, int camera, std::vector<int>* owners) const {
     int& owner = (*owners)[static_cast<size_t>(camera)];
     if (owner != kNone) {
       throw InputError(
           "views '" + Printable(views_[static_cast<size_t>(owner)]) +
-          "' and '" + Printable(views_[view]) + "' both belong to camera '" +
+          "' and '" + Printable(views_[view]) + "' both match camera '" +
           Printable(NameOf(camera)) + "'; cameras.map must decide");
     }
     owner = static_cast<int>(view);
@@ -233,8 +234,8 @@ class Pairing {
     return Where([&](size_t c) { return view_rests_[v] == camera_rests_[c]; });
   }
 
-  // The cameras with the most common words, of which one name contains the
-  // other.
+  // The cameras whose name contains the view's or is contained in it; of these,
+  // the ones with the most words in common.
   std::vector<int> Longest(size_t v) const {
     std::vector<size_t> common;
     size_t most = 1;
@@ -290,8 +291,9 @@ class Pairing {
     return true;
   }
 
-  // Names with common numbers may be paired in order if one set counts from 0
-  // and the other from 1, but not if a number is missing.
+  // Whether the numbers in the names permit pairing by order. If views and
+  // cameras have numbers in common, one set must count from 0 and the other
+  // from 1, without gaps between them.
   bool MayBeOrdered(const std::vector<size_t>& views,
                     const std::vector<int>& cameras) const {
     std::set<int64_t> of_views;
@@ -329,19 +331,19 @@ class Pairing {
   ViewPairing result_;
 };
 
-// Every name in the map has to exist.
+// Throws InputError unless every name in the map exists.
 void CheckMap(const std::vector<std::string>& views,
               const std::vector<std::string>& cameras,
               const std::map<std::string, std::string>& map) {
   for (const auto& [view, camera] : map) {
     if (IndexOf(views, view) == kNone) {
       throw InputError("cameras.map names view '" + Printable(view) +
-                       "', the views are " + Listed(views));
+                       "', but the views are " + Listed(views));
     }
     if (IndexOf(cameras, camera) == kNone) {
       throw InputError("cameras.map gives view '" + Printable(view) +
                        "' camera '" + Printable(camera) +
-                       "', the cameras are " + Listed(cameras));
+                       "', but the cameras are " + Listed(cameras));
     }
   }
 }
@@ -355,7 +357,7 @@ const char* ToString(PairedBy paired_by) {
     case PairedBy::kName:
       return "by their names";
     case PairedBy::kWithin:
-      return "by the name of one within the other's";
+      return "because the name of one contains the other's";
     case PairedBy::kDistinct:
       return "by the distinct parts of their names";
     case PairedBy::kNumber:
@@ -363,7 +365,7 @@ const char* ToString(PairedBy paired_by) {
     case PairedBy::kOrder:
       break;
   }
-  return "in the order of their names, which are not alike";
+  return "in the order of their names, which do not match";
 }
 
 ViewPairing PairViewsWithCameras(const std::vector<std::string>& view_names,

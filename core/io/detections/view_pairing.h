@@ -10,43 +10,46 @@
 
 namespace kinegraph {
 
-// Treatment of a view without a camera.
+// What happens to a view without a camera.
 enum class UnpairedViews { kRefuse, kLeaveOut };
 
-// Criterion that paired a view, the most reliable first.
+// The rule that paired a view, in order of decreasing reliability.
 enum class PairedBy {
   kMap,       // cameras.map
   kName,      // both have the same name
   kWithin,    // one name contains the other
   kNumber,    // both names have the same last integer
-  kDistinct,  // without common words, the names are equal
+  kDistinct,  // equal names, after removing the words common to all
   kOrder,     // only the order of the names
 };
-// "in the order of their names, which are not alike": completes "paired ...".
+// Completes "paired ...", e.g. "by the last number in their names".
 const char* ToString(PairedBy paired_by);
 
 struct ViewPairing {
   std::vector<int> camera_of_view;      // index of the camera; -1 for none
-  PairedBy paired_by = PairedBy::kMap;  // of the least certain view
+  PairedBy paired_by = PairedBy::kMap;  // the least reliable rule used
 };
 
-// The camera of each view: the one that `map` (view -> camera) names, else the
-// one of the same name. The other views are paired by the first of the
-// following rules that gives each of them a camera of its own. A rule that fits
-// only some is not applied, since views 0, 1, 2 may be cameras 1, 2, 3.
+// Finds the camera of each view: the one that `map` (view -> camera) names,
+// otherwise the camera with the view's name. The remaining views are paired by
+// the first of the following rules that assigns a different camera to each of
+// them. A rule that fits only some of them is not applied, since views 0, 1, 2
+// may be cameras 1, 2, 3.
 //
 // Names are compared as words and numbers, ignoring case, separators and
 // leading zeros: "take_Cam-01_left" contains "cam1", but not "cam10". The
-// rules: the camera with the longest name that the view's contains, or the
-// reverse; the same last integer; the same rest after removing the words with
-// which all views, or all cameras, begin and end; and the same position in the
-// order of the names, if there are as many views as cameras and no number
-// contradicts it.
+// rules are:
+// - one name contains the other; the longest such camera name counts,
+// - the last integers of both names are the same,
+// - the names are the same after removing the words with which all views, or
+//   all cameras, begin and end,
+// - the position in the order of the names is the same, if there are as many
+//   views as cameras and no number contradicts it.
 //
-// Views in `without` are paired with the others, and do not need a camera.
-// Throws InputError if another view has no camera or several candidates, if two
-// views claim one camera, or if `map` names an unknown one. With kLeaveOut a
-// view without a camera gets -1.
+// Views in `without` are paired too, but need no camera. Throws InputError if
+// another view has no camera or several candidates, if two views claim one
+// camera, or if `map` has an unknown name. With kLeaveOut a view without a
+// camera gets -1.
 ViewPairing PairViewsWithCameras(
     const std::vector<std::string>& view_names, const CameraRig& cameras,
     const std::map<std::string, std::string>& map = {},

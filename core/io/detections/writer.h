@@ -1,4 +1,4 @@
-// Writing 2D detections in our own format.
+// Writing 2D detections in kinegraph's own format.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_WRITER_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_WRITER_H_
 
@@ -9,9 +9,9 @@
 
 namespace kinegraph {
 
-// JSON Lines, one frame per line. The file appears in Commit(); without it, it
-// is discarded. index_in_file is not stored: a reader sets it to the position
-// in the line.
+// JSON Lines, one frame per line. Commit() makes the file appear; without it,
+// the file is discarded. index_in_file is not stored: a reader sets it to the
+// position in the line.
 //
 //   DetectionWriter writer(path, header);
 //   while (source->Next(&frame)) writer.Write(frame);
@@ -24,8 +24,8 @@ class DetectionWriter {
   DetectionWriter(const DetectionWriter&) = delete;
   DetectionWriter& operator=(const DetectionWriter&) = delete;
 
-  // Frames ascend. Throws std::logic_error if they do not, if a number is not
-  // finite or if views or joints do not match the header.
+  // Frame numbers must ascend. Throws std::logic_error if they do not, if a
+  // number is not finite or if views or joints do not match the header.
   void Write(const DetectionFrame& frame);
   void Commit();
 
@@ -34,7 +34,7 @@ class DetectionWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-// All frames at once.
+// Writes all frames.
 void WriteDetections(const std::string& path,
                      const DetectionSequence& sequence);
 

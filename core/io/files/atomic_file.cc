@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ---- Files being written, without their final name yet ----
+// ---- Files that do not have their final name yet ----
 
 constexpr const char* kMark = ".partial-";
 
@@ -55,7 +55,7 @@ int MakeBeside(const std::string& target, PartialKind kind,
                std::string* temporary) {
   PartialList& list = ThePartialList();
   const std::lock_guard<std::mutex> lock(list.mutex);
-  constexpr int kAttempts = 1000;  // other threads, and names left over
+  constexpr int kAttempts = 1000;  // for names of other threads and old files
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     *temporary = target + kMark + std::to_string(ProcessNumber()) + "-" +
                  std::to_string(attempt);
@@ -67,7 +67,7 @@ int MakeBeside(const std::string& target, PartialKind kind,
   return -1;
 }
 
-// Renames it to its final name; 0, or -1 and errno.
+// Renames a file or folder to its final name; returns 0, or -1 and sets errno.
 int RenamePartial(const std::string& path, const std::string& final_name) {
   PartialList& list = ThePartialList();
   const std::lock_guard<std::mutex> lock(list.mutex);
@@ -76,8 +76,8 @@ int RenamePartial(const std::string& path, const std::string& final_name) {
   return outcome;
 }
 
-// Whether the path is inside a folder being written by this process, which
-// appears and is flushed as a whole.
+// Whether the path is in a temporary folder of this process, which is flushed
+// and renamed as a whole.
 bool IsInsidePartialFolder(const std::string& path) {
   const size_t mark = path.rfind(kMark + std::to_string(ProcessNumber()) + "-");
   return mark != std::string::npos && path.find('/', mark) != std::string::npos;
@@ -85,9 +85,9 @@ bool IsInsidePartialFolder(const std::string& path) {
 
 // ---- The destination of a path ----
 
-// The number of the open file that the path refers to: /dev/stdout leads to
-// /proc/self/fd/1. Opening such a path again would give a separate file that
-// ignores >> and earlier output.
+// The descriptor of the open file to which the path refers: /dev/stdout leads
+// to /proc/self/fd/1. Opening such a path again would give a separate file,
+// which ignores >> and earlier output.
 std::optional<int> OpenFileNamed(const fs::path& path) {
   std::error_code error;
   const std::string folder =
@@ -107,7 +107,7 @@ std::optional<int> OpenFileNamed(const fs::path& path) {
 }
 
 constexpr const char* kCannotWrite = "cannot be written";
-constexpr const char* kCannotMake = "cannot be made";
+constexpr const char* kCannotMake = "cannot be created";
 
 struct Destination {
   std::string path;  // the final target, not a link
@@ -137,11 +137,11 @@ std::string WithoutTrailingSlashes(std::string path) {
 void RefuseInput(const std::string& path, const std::string& target) {
   if (!InputFiles::Has(target)) return;
   throw InputError(path, "",
-                   "is an input of this command and would be lost; name "
-                   "another file to write");
+                   "is an input of this command and would be overwritten; "
+                   "give another file to write");
 }
 
-// Throws unless `target` can be replaced by a file.
+// Throws InputError unless a file can be written to `target`.
 void CheckReplaceable(const std::string& path, const std::string& target,
                       const std::optional<FileStatus>& present) {
   if (!present.has_value()) return;
@@ -156,7 +156,7 @@ void CheckReplaceable(const std::string& path, const std::string& target,
   if (!CanBeWritten(target)) Refuse(path, kCannotWrite, errno);
 }
 
-// Throws unless there is nothing or an empty folder.
+// Throws InputError unless `target` does not exist or is an empty folder.
 void CheckNewFolder(const std::string& path, const std::string& target) {
   if (path.empty()) throw InputError("an output folder has an empty name");
   std::error_code error;
@@ -191,7 +191,8 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
     descriptor = Duplicate(*destination.open_file);
   } else if (CheckReplaceable(path, target_, present);
              !present.has_value() || present->kind == FileType::kRegular) {
-    // Permissions follow the umask; mkstemp would make the file private.
+    // Permissions follow the umask, unlike those of mkstemp, which makes files
+    // private.
     descriptor = MakeBeside(target_, PartialKind::kFile, &temporary_);
     // Best effort: some file systems have no permissions.
     if (present.has_value() && descriptor >= 0) {
@@ -229,8 +230,8 @@ void AtomicFile::Commit() {
   Flush();  // if it fails, the destructor removes the rest
   if (!temporary_.empty()) {
     RefuseInput(path_, target_);  // files read since the start
-    // Without this, after a power failure the name could refer to a file
-    // without its bytes. A folder that appears as a whole is flushed once.
+    // Without this, the name could refer to a file without its bytes after a
+    // power failure. A folder that appears as a whole is flushed once.
     if (!IsInsidePartialFolder(target_) && SyncFile(DescriptorOf(file_)) != 0) {
       Fail(path_, kCannotWrite);
     }
@@ -262,8 +263,8 @@ bool IsStandardOutput(const std::string& path) {
   if (destination.open_file.has_value()) {
     return *destination.open_file == kStandardOutput;
   }
-  // A pipe or terminal under another name. Not for a regular file: the path
-  // gets a new file, while printed output goes to the old one.
+  // A pipe or terminal under another name. False for a regular file, since the
+  // path gets a new file while printed output goes to the old one.
   const auto of_path = StatusOf(path);
   return of_path.has_value() && of_path->kind != FileType::kRegular &&
          of_path->number == of_stdout->number;
@@ -324,7 +325,7 @@ void OutputFolder::RemoveEmpty() {
 }
 
 void CheckFileName(const std::string& name, const std::string& what) {
-  constexpr size_t kLongest = 200;  // of 255, to leave room for suffixes
+  constexpr size_t kLongest = 200;  // of at most 255, for suffixes
   const bool has_control = std::any_of(name.begin(), name.end(), [](char c) {
     return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
   });

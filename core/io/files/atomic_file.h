@@ -1,4 +1,4 @@
-// Files and folders that appear under their names only once complete.
+// Files and folders that appear under their names only when they are complete.
 #ifndef KINEGRAPH_CORE_IO_FILES_ATOMIC_FILE_H_
 #define KINEGRAPH_CORE_IO_FILES_ATOMIC_FILE_H_
 
@@ -9,9 +9,9 @@
 
 namespace kinegraph {
 
-// Writes beside the final name; Commit() flushes the bytes to disk and renames.
-// If destroyed without Commit(), the final name is unchanged and nothing
-// remains. The name may refer to:
+// Writes a temporary file beside the final name; Commit() flushes it to disk
+// and renames it. If destroyed without Commit(), the target is unchanged and no
+// temporary file remains. The name may refer to:
 //   a regular file     replaced, its permissions kept; refused when it is
 //                      read-only or was read by this command (input_files.h)
 //   a symbolic link    stays a link; its target is replaced or created
@@ -33,8 +33,8 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  // Buffered. Throws std::runtime_error (one line, naming the file) on failure,
-  // for instance if the disk is full.
+  // Buffered write. Throws std::runtime_error (one line, naming the file) on
+  // failure, for instance if the disk is full.
   void Write(const char* data, size_t size);
   void Write(const std::string& text) { Write(text.data(), text.size()); }
 
@@ -53,20 +53,20 @@ class AtomicFile {
   std::FILE* file_ = nullptr;
 };
 
-// Writes a whole text as a file. Throws as AtomicFile does.
+// Writes a text as a file. Throws what AtomicFile throws.
 void WriteTextFile(const std::string& path, const std::string& text);
 
-// Whether `path` refers to standard output; then nothing else may be printed
-// there.
+// Whether `path` refers to standard output. If so, nothing else may be printed
+// to it.
 bool IsStandardOutput(const std::string& path);
 
 // Whether `path` refers to standard output, a pipe or a device, for which no
 // side files can be written.
 bool IsStream(const std::string& path);
 
-// Files are written into a folder beside the final name, which Commit()
-// renames. If destroyed without Commit(), nothing remains. A folder that
-// already holds files is never replaced, because it may hold other data.
+// Files are written into a temporary folder beside the final name; Commit()
+// renames it. If destroyed without Commit(), nothing remains. A folder that is
+// not empty is never replaced, because it may contain other data.
 //
 //   AtomicFolder folder(path);
 //   WriteSomething(folder.PathOf("a.txt"));
@@ -94,8 +94,9 @@ class AtomicFolder {
   bool committed_ = false;
 };
 
-// A folder that is filled file by file and may already exist with other
-// contents. Created folders that remain empty are removed on destruction.
+// A folder to which files are written one by one; it may already exist and
+// contain other files. Created folders that remain empty are removed on
+// destruction.
 class OutputFolder {
  public:
   // Creates the folder and its parents. Throws InputError naming `path`.
@@ -120,11 +121,11 @@ class OutputFolder {
 void CheckFileName(const std::string& name, const std::string& what);
 
 // Several files or folders that appear as one result. They are written under
-// their own names in a folder beside them; Commit() renames them, the first one
-// last, so that if it is new, all others are too. If destroyed without
-// Commit(), nothing remains. A process killed between two renames leaves new
-// files beside the old first one, which is why each of them carries a
-// fingerprint of the first (side_files.h).
+// their own names into a temporary folder beside the targets. Commit() renames
+// the first one last: if it is new, all others are new, too. If destroyed
+// without Commit(), nothing remains. A process that is killed between two
+// renames leaves new files beside the old first one; therefore each of them
+// contains a fingerprint of the first (side_files.h).
 //
 //   AtomicFiles files;
 //   WriteTracks(files.Aside(path), ...);
@@ -138,16 +139,17 @@ class AtomicFiles {
   AtomicFiles& operator=(const AtomicFiles&) = delete;
 
   // Path at which to write the file that will appear as `path`; the same on
-  // every call. For a stream `path` itself. Throws as the constructors of
-  // AtomicFile and AtomicFolder, so call it before the work.
+  // every call. For a stream it is `path` itself. Throws what the constructors
+  // of AtomicFile and AtomicFolder throw, so call it before the computation.
   std::string Aside(const std::string& path);
   std::string FolderAside(const std::string& path);
 
-  // A file of an earlier result, removed before anything is renamed.
+  // Marks a file of an earlier result, which Commit() removes before it
+  // renames.
   void RemoveOld(const std::string& path);
 
-  // Names without a written file are left unchanged. Throws std::runtime_error
-  // on failure.
+  // Makes the files appear; targets for which no file was written remain
+  // unchanged. Throws std::runtime_error on failure.
   void Commit();
 
  private:
@@ -163,8 +165,9 @@ class AtomicFiles {
   std::vector<std::string> old_;
 };
 
-// For a program that is about to end: removes all files that have no final name
-// yet. Afterwards no file can be created or renamed; attempts block forever.
+// For a program that is about to end: removes all files that do not have their
+// final name yet. Afterwards no file can be created or renamed; attempts block
+// forever.
 void RemovePartialFilesForGood();
 
 }  // namespace kinegraph

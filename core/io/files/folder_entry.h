@@ -9,9 +9,9 @@
 
 namespace kinegraph {
 
-// Whether an entry of a folder may hold data. Pipes, sockets and devices are
-// skipped, because reading one could block forever; they are only read when
-// named explicitly.
+// Whether an entry of a folder may contain data. False for pipes, sockets and
+// devices, because reading one could block forever; they are only read when
+// they are named explicitly.
 inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
   using Type = std::filesystem::file_type;
   std::error_code ignored;
@@ -20,7 +20,8 @@ inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
          type != Type::character;
 }
 
-// Calls `visit` for each such entry of a folder, in any order (text_file.cc).
+// Calls `visit` for each entry of a folder for which IsFileOrFolder is true, in
+// any order.
 // Throws InputError naming the folder if it cannot be listed.
 void ForEachEntry(
     const std::string& folder,

@@ -54,8 +54,7 @@ void InputFiles::Note(int descriptor, const std::string& path) {
     }
     return;
   }
-  // Under another path it may be a different file that reuses the inode of a
-  // deleted one.
+  // A different path may be a new file that reuses the inode of a deleted one.
   if (known->second.path != path) {
     known->second = now;
   } else if (!(known->second == now)) {

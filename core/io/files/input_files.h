@@ -1,6 +1,6 @@
-// Records the files that a command has read, to prevent overwriting them and to
-// detect changes while it runs (InputFiles). Ends endless input streams
-// (InputStop).
+// InputFiles records the files that a command has read, to prevent overwriting
+// them and to detect changes while it runs. InputStop ends endless input
+// streams.
 #ifndef KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 #define KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 
@@ -9,21 +9,21 @@
 namespace kinegraph {
 
 // After Protect() readers note every file, and AtomicFile refuses to replace
-// one of them under any name: device and inode are compared. A program that
-// uses the library may read and write one file alternately, so without
-// Protect() nothing is noted. Thread-safe.
+// any of them, whatever its name: device and inode are compared. Without
+// Protect() nothing is noted, since a program that uses the library may read
+// and write a file alternately. Thread-safe.
 class InputFiles {
  public:
   static void Protect();
 
-  // Notes an open file that is being read: regular files only, up to 65,536 of
-  // them, so that memory does not depend on the length of a recording. On a
-  // repeated call, at the end of the file or when it is read again, throws
-  // InputError if size or modification time have changed.
+  // Notes an open file that is being read: only regular files, and at most
+  // 65,536 of them, so that memory does not depend on the length of a
+  // recording. Throws InputError on a repeated call, at the end of the file or
+  // when it is read again, if size or modification time have changed.
   static void Note(int descriptor, const std::string& path);
 
-  // Call before a file written by this command is removed or rewritten: even if
-  // the command has read it, it is not an input.
+  // Call this before a file written by this command is removed or rewritten: it
+  // is not an input even if the command has read it.
   static void Forget(const std::string& path);
 
   // Whether the path leads to a file that was noted.

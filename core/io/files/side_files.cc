@@ -18,9 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// 128 bits that identify contents (no protection against malicious input):
-// FNV-1a, and a second hash of an addition, a multiplication and a shift per
-// byte, which is unlikely to collide for the same contents.
+// A 128-bit hash of contents (not cryptographic): FNV-1a, and a second hash
+// with an addition, a multiplication and a shift per byte, which is unlikely to
+// collide for the same contents as the first.
 class Fingerprint {
  public:
   void Add(std::string_view bytes) {
@@ -139,9 +139,9 @@ std::string SideFileOf(const std::string& tracks_path, const std::string& end,
   const std::string found = FingerprintIn(path);
   if (!found.empty() && found == FingerprintOfTracks(tracks_path)) return path;
   notes->push_back(path +
-                   (found.empty() ? ": does not name its tracks"
+                   (found.empty() ? ": does not specify its tracks"
                                   : ": belongs to other tracks") +
-                   ", and is left out; track again to have it anew");
+                   ", and is ignored; run `kinegraph track` again to write it");
   return "";
 }
 

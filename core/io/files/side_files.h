@@ -15,28 +15,30 @@ inline constexpr const char* kBiasEnd = ".bias.json";
 inline constexpr std::array<const char*, 4> kSideFileEnds = {
     kSummaryEnd, kIdentityEnd, kCamerasEnd, kBiasEnd};
 
-// "out/take.jsonl" or the folder "out/take", ".summary.json" ->
-// "out/take.summary.json".
+// The path of a side file: "out/take.summary.json" for ".summary.json" and the
+// tracks "out/take.jsonl" or the folder "out/take".
 std::string BesideTracks(const std::string& tracks_path,
                          const std::string& end);
 
-// 32 digits that identify tracks, from the bytes of a file or of all files in a
-// folder. Throws InputError if they cannot be read.
+// 32 hexadecimal digits that identify tracks, computed from the bytes of a file
+// or of all files in a folder. Throws InputError if they cannot be read.
 std::string FingerprintOfTracks(const std::string& path);
 
 // The key by which a JSON object, or the first line of JSON Lines, identifies
-// its tracks. It comes first, so that the rest need not be read.
+// the tracks to which it belongs. It is the first key, so that the rest need
+// not be read.
 inline constexpr const char* kFingerprintKey = "tracks_fingerprint";
-// The text of a JSON object with that key; unchanged without a fingerprint.
+// Adds that key to the text of a JSON object, unless the fingerprint is empty.
 std::string WithFingerprint(const std::string& object,
                             const std::string& fingerprint);
-// Whether a line of JSON Lines is such an object.
+// Whether a line of JSON Lines begins with that key.
 bool IsFingerprintLine(const std::string& line);
 // The fingerprint in a file; empty if there is none.
 std::string FingerprintIn(const std::string& path);
 
-// The file with that suffix beside tracks, if it belongs to them; empty if it
-// does not exist or belongs to other tracks: then `notes` gets a line about it.
+// The path of the side file with that suffix, if it belongs to the tracks.
+// Empty if it does not exist or belongs to other tracks; the latter is added to
+// `notes`.
 std::string SideFileOf(const std::string& tracks_path, const std::string& end,
                        std::vector<std::string>* notes);
 

@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
                    std::string("cannot be read: ") + std::strerror(errno));
 }
 
-// Follows links. A failing disk or network does not count as absence.
+// The type of a path, with links followed. Throws InputError if disk or network
+// fail, which does not mean that the file is absent.
 fs::file_type TypeAt(const std::string& path) {
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
@@ -43,7 +44,7 @@ bool BeginsWith(const std::string& text, const char* mark) {
 void MakePlainText(const std::string& path, std::string* text) {
   if (BeginsWith(*text, "\xff\xfe") || BeginsWith(*text, "\xfe\xff")) {
     throw InputError(path, "",
-                     "is a text in UTF-16, expected UTF-8 (`iconv -f UTF-16 -t "
+                     "is UTF-16 text, expected UTF-8 (`iconv -f UTF-16 -t "
                      "UTF-8 OLD > NEW` converts it)");
   }
   if (BeginsWith(*text, "\x1f\x8b")) {
@@ -79,8 +80,8 @@ std::string ReadBytes(const std::string& path, size_t max_bytes) {
     refuse();
   }
   InputFiles::Note(file.get(), path);
-  // The size is only a hint: pipes have none, and files grow. The extra bytes
-  // allow the read that finds the end without enlarging the buffer.
+  // The size is only a hint: pipes have none, and files grow. With the extra
+  // bytes, the read that finds the end need not enlarge the buffer.
   constexpr size_t kMore = 1 << 12;
   std::string text(static_cast<size_t>(status->size) + kMore, '\0');
   size_t length = 0;
@@ -134,7 +135,8 @@ std::string RelativeToFile(const std::string& path, const std::string& file) {
 void MakeFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
-  if (error) throw InputError(path, "", "cannot be made: " + error.message());
+  if (error)
+    throw InputError(path, "", "cannot be created: " + error.message());
 }
 
 void ForEachEntry(

@@ -13,27 +13,29 @@ namespace kinegraph {
 // folder, unreadable, or larger than `max_bytes`.
 std::string ReadBytes(const std::string& path,
                       size_t max_bytes = std::numeric_limits<size_t>::max());
-// The same as plain text.
+// The same, as plain text (MakePlainText).
 std::string ReadTextFile(const std::string& path,
                          size_t max_bytes = std::numeric_limits<size_t>::max());
 
 // Normalises text from spreadsheets and editors: removes UTF-8's byte order
-// mark, and converts single carriage returns (old Mac line ends) to newlines;
-// CR LF is kept. Throws InputError naming the file if it is UTF-16 or
+// mark and, in a text without newlines, converts carriage returns (old Mac line
+// ends) to newlines. Throws InputError naming the file if it is UTF-16 or
 // compressed.
 void MakePlainText(const std::string& path, std::string* text);
 
-// At most the first `bytes`, as plain text; empty if unreadable.
+// At most the first `bytes` of a file, as plain text; empty if it cannot be
+// read. Throws what MakePlainText throws.
 std::string BeginningOf(const std::string& path, size_t bytes);
 
-// Whether the path, with links followed, is a folder, or anything else
-// (IsFile); false if it does not exist or is inaccessible. Throws InputError if
-// the disk fails.
+// Whether the path, with links followed, is a folder (IsFolder) or anything
+// else, such as a pipe (IsFile); false if it does not exist or is inaccessible.
+// Throws InputError if the disk fails.
 bool IsFolder(const std::string& path);
 bool IsFile(const std::string& path);
 
-// A pipe cannot be examined before it is read: only our own formats, which are
-// read in one pass, are supported there.
+// Whether the path is a pipe or device. It cannot be examined before it is
+// read, so only kinegraph's own formats, which are read in one pass, are
+// supported.
 bool IsPipe(const std::string& path);
 
 // `path` relative to the folder of `file`, for a link in that file.
@@ -46,7 +48,7 @@ void MakeFolder(const std::string& path);
 // naming the folder if it cannot be listed.
 std::vector<std::string> ListFolder(const std::string& path);
 
-// Far larger than any calibration or configuration.
+// A limit far larger than any calibration or configuration.
 inline constexpr size_t kMaxSmallFileBytes = size_t{64} << 20;
 
 }  // namespace kinegraph

@@ -18,8 +18,8 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kPadding = simdjson::SIMDJSON_PADDING;
-// A frame of a hundred people with a hundred joints each, with covariances,
-// needs 1 MiB.
+// A frame of a hundred people with a hundred joints and covariances each takes
+// 1 MiB.
 constexpr size_t kMaxLineBytes = size_t{64} << 20;
 // simdjson's own limit is 4 GiB.
 constexpr size_t kMaxFileBytes = size_t{2} << 30;
@@ -45,18 +45,18 @@ std::string Explain(simdjson::error_code error) {
     case simdjson::EMPTY:
       return "is empty, expected JSON";
     case simdjson::NUMBER_ERROR:
-      return "is no valid JSON: a number is malformed or out of range";
+      return "is not valid JSON: a number is malformed or out of range";
     case simdjson::DEPTH_ERROR:
-      return "is no valid JSON here: it is nested too deeply";
+      return "is not valid JSON here: it is nested too deeply";
     case simdjson::UTF8_ERROR:
-      return "is no valid JSON: it is not UTF-8";
+      return "is not valid JSON: it is not UTF-8";
     case simdjson::UNCLOSED_STRING:
-      return "is no valid JSON: a text is not closed (truncated?)";
+      return "is not valid JSON: a text is not closed (truncated?)";
     case simdjson::CAPACITY:
     case simdjson::MEMALLOC:
       return "is too large for this machine's memory";
     default:
-      return "is no valid JSON (truncated, or text after its end?)";
+      return "is not valid JSON (truncated, or text after its end?)";
   }
 }
 
@@ -79,7 +79,7 @@ size_t ReadFully(const std::string& path, int descriptor, char* to,
   return length;
 }
 
-// Place of the quote that closes a text, or the end.
+// Index of the quote that closes a text, or the end.
 size_t EndOfText(std::string_view text, size_t open) {
   size_t i = open + 1;
   while (i < text.size() && text[i] != '"') i += text[i] == '\\' ? 2 : 1;
@@ -262,9 +262,9 @@ TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz) {
   constexpr double kMaxFrames = 1e12;  // 30 years at 1000 Hz
   if (static_cast<double>(frame) >= kMaxFrames) {
     throw InputError("frame " + std::to_string(frame) +
-                     ": is too large for a frame's number, it looks like a "
-                     "time since 1970; number the frames of all views by (time "
-                     "- first time) x frame rate, rounded");
+                     ": is too large for a frame number and looks like a time "
+                     "since 1970; number the frames of all views by (time - "
+                     "first time) x frame rate, rounded");
   }
   return CheckedTime(static_cast<double>(frame) / frame_rate_hz, "time");
 }
@@ -307,8 +307,8 @@ bool OwnLines::Fill() {
     }
     buffer_.resize(2 * buffer_.size());
   }
-  // A single read, which returns the available bytes: a line of a live stream
-  // must not wait until later ones fill the buffer.
+  // A single read returns the available bytes: a line of a live stream must not
+  // wait until later lines fill the buffer.
   const int descriptor = DescriptorOf(file_.get());
   if (silence_ms_ < 0) {
     if (!InputStop::WaitForInput(descriptor)) return false;

@@ -1,10 +1,11 @@
-// Bulk JSON by simdjson: reuses one parser and one buffer, and checks types on
-// access with messages "found ..., expected ...". For core/io only.
+// Fast reading of large JSON files by simdjson: reuses one parser and one
+// buffer, and checks types on access with messages "found ..., expected ...".
+// For core/io only.
 //
-// Uses the DOM, not On Demand, which does not detect invalid text after the
-// values it reads. Both accept duplicate keys; readers of our own formats
-// detect them (ReadKeys). NaN and Infinity, which are not JSON but which Python
-// writes, are read as null.
+// Uses simdjson's DOM instead of On Demand, which does not detect invalid text
+// after the values that are read. Both accept duplicate keys; readers of
+// kinegraph's own formats detect these (ReadKeys). NaN and Infinity, which are
+// not valid JSON but are written by Python, are read as null.
 #ifndef KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 #define KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 
@@ -29,8 +30,8 @@ using JsonValue = simdjson::dom::element;
 using JsonArray = simdjson::dom::array;
 using JsonObject = simdjson::dom::object;
 
-// Access. Each throws InputError "KEY: found ..., expected ..." without a file;
-// callers add file and line (see Located).
+// Access functions. Each throws InputError "KEY: found ..., expected ..."
+// without a file name; callers add file and line (see Located).
 JsonArray AsArray(JsonValue value, std::string_view key);
 JsonObject AsObject(JsonValue value, std::string_view key);
 double AsNumber(JsonValue value, std::string_view key);
@@ -43,17 +44,18 @@ template <typename T>
 bool Get(const JsonObject& object, std::string_view key, T* value) {
   return object.at_key(key).get(*value) == simdjson::SUCCESS;
 }
-// Throws "KEY: found 3 joints, expected 17"; `what` is " joints".
+// Throws InputError such as "KEY: found 3 joints, expected 17" if the counts
+// differ; `what` is " joints".
 void CheckCount(std::string_view key, size_t found, size_t expected,
                 const char* what);
 [[noreturn]] void FailMissing(std::string_view key);
 [[noreturn]] void FailTwice(std::string_view key);
-// Exactly `count` numbers, written to `numbers`; null becomes NaN.
+// Writes exactly `count` numbers to `numbers`; null becomes NaN.
 void AsNumbers(JsonValue value, std::string_view key, size_t count,
                double* numbers);
 void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
                double* numbers);
-// Used as the key in messages about the outermost value of a text.
+// Replaces the key in messages about the outermost value of a text.
 inline constexpr std::string_view kOutermost = "the outermost value";
 // "an object", "an array", "null", ... for messages.
 const char* TypeName(JsonValue value);
@@ -69,9 +71,10 @@ double AsFrameRate(JsonValue value, std::string_view key);
 // frame / rate; 0 when the rate is 0.
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz);
 
-// A key of an object of our own formats: its name, whether it is required, and
-// the member function of Reader that stores its value in a Target. A reader has
-// one static table of them per object; missing keys are reported in its order.
+// A key of an object in kinegraph's own formats: its name, whether it is
+// required, and the member function of Reader that stores its value in a
+// Target. A reader has one static table of keys per kind of object; missing
+// keys are reported in the order of the table.
 enum class Presence { kRequired, kOptional };
 template <typename Reader, typename Target>
 struct JsonKey {
@@ -80,9 +83,9 @@ struct JsonKey {
   void (Reader::*read)(JsonValue value, std::string_view name, Target* target);
 };
 
-// Calls the member function of each key in the order of the object; keys that
+// Calls the member function of each key, in the order of the object; keys that
 // are not in the table are ignored. Throws InputError for a duplicate key or a
-// missing required one.
+// missing required key.
 template <typename Reader, typename Target, size_t N>
 void ReadKeys(const JsonObject& object,
               const JsonKey<Reader, Target> (&keys)[N], Reader* reader,
@@ -123,18 +126,18 @@ auto Located(const std::string& file, const Read& read) {
       file, [] { return ""; }, read);
 }
 
-// Whole files.
+// Parses whole files.
 class JsonFileParser {
  public:
-  // Valid until the next call. Throws InputError naming the file.
+  // The value is valid until the next call. Throws InputError naming the file.
   JsonValue Parse(const std::string& path);
 
  private:
   simdjson::dom::parser parser_;
 };
 
-// The lines of our own formats, detections and tracks: a header, then one line
-// per frame. Blank lines are skipped.
+// Reads the lines of kinegraph's own formats of detections and tracks: a
+// header, then one line per frame. Blank lines are skipped.
 class OwnLines {
  public:
   // Throws InputError when the file cannot be read.
@@ -152,7 +155,7 @@ class OwnLines {
     }
   }
 
-  // The same for the following lines; false at the end.
+  // The same for the next frame; false at the end.
   template <typename Read>
   bool ReadFrame(const Read& read) {
     return ReadLine("the frame", read);
@@ -163,7 +166,8 @@ class OwnLines {
 
   // Text of the current line.
   std::string_view line() const { return {buffer_.data() + begin_, length_}; }
-  // Number of frames in the whole file, which is read again; -1 for a pipe.
+  // Number of lines in the whole file, without the header; reads the file
+  // again. -1 for a pipe.
   int64_t CountFrames() const;
 
  private:
@@ -190,7 +194,7 @@ class OwnLines {
   std::unique_ptr<std::FILE, Closer> file_;
   int silence_ms_ = -1;       // -1: unlimited
   std::vector<char> buffer_;  // simdjson's padding included
-  size_t begin_ = 0;          // of the current line
+  size_t begin_ = 0;          // begin of the current line
   size_t length_ = 0;
   size_t next_ = 0;  // begin and end of the unread text
   size_t end_ = 0;
@@ -212,7 +216,7 @@ JsonHead PeekJson(const std::string& path);
 // is missing or not an object.
 std::string RawObject(std::string_view line, std::string_view key);
 
-// The text without white space if it is one valid JSON object, else empty.
+// The text without white space if it is one valid JSON object, otherwise empty.
 std::string CompactObject(const std::string& text);
 
 }  // namespace kinegraph

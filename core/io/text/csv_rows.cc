@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view kSeparators = ",;\t";
 
-// Of the first line, ignoring quoted text.
+// The separator in the first line, ignoring quoted text.
 char SeparatorOf(std::string_view text) {
   bool quoted = false;
   for (const char c : text) {

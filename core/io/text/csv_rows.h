@@ -10,17 +10,17 @@
 
 namespace kinegraph {
 
-// Cells row by row (RFC 4180), without blank lines. The separator is the first
-// comma, semicolon or tab in the first line, or the one in a spreadsheet's line
-// "sep=;". If it is not a comma, decimal commas, which spreadsheets write in
-// many countries, are accepted: 12,5 is read as 12.5.
+// Splits a text into rows of cells (RFC 4180), without blank lines. The
+// separator is the first comma, semicolon or tab in the first line, or the one
+// in a spreadsheet's line "sep=;". If it is not a comma, decimal commas, which
+// spreadsheets write in many countries, are accepted: 12,5 is read as 12.5.
 class CsvRows {
  public:
   explicit CsvRows(std::string_view text);
 
-  // The cells are valid until the next call; false at the end. Throws
-  // InputError without a file name, also if their number is not `width`, if
-  // given.
+  // Reads the next row; false at the end. Throws InputError without a file name
+  // if the row is malformed or if `width` is given and is not the number of
+  // cells.
   bool Next(std::vector<std::string>* cells, size_t width = 0);
 
   std::string Place() const { return "line " + std::to_string(line_); }
@@ -42,17 +42,17 @@ class CsvRows {
 // The cells of the first row; none for a text without rows.
 std::vector<std::string> FirstCsvRow(std::string_view text);
 
-// The number in a cell; nullopt for an empty one and for NaN. Surrounding
+// The number in a cell; nullopt for an empty cell and for NaN. Surrounding
 // spaces are ignored. Throws InputError without a file name for other text.
 std::optional<double> NumberOfCell(std::string_view cell);
 
 // A text as a cell, quoted if RFC 4180 requires it. Spreadsheets execute a cell
-// that begins with = + - @ or a control character as a formula; a leading
-// apostrophe makes it a text. One is also added to a text that begins with an
-// apostrophe, so that the conversion is reversible.
+// that begins with = + - @ or a control character as a formula, which an
+// apostrophe in front prevents. An apostrophe is also added to a text that
+// begins with one, so that the conversion is reversible.
 std::string CsvCell(const std::string& text);
 
-// The text of such a cell, after removal of its quotation marks.
+// The text of a cell of CsvCell, whose quotation marks are already removed.
 std::string PlainCell(const std::string& cell);
 
 }  // namespace kinegraph

@@ -29,12 +29,12 @@ std::string Squeezed(std::string_view label) {
 // A part of the body as named in labels.
 struct Part {
   std::string squeezed;
-  // Its name if another label is a more exact match of the joint.
+  // The name if another label is a more exact match of the joint.
   std::string own;
-  std::string joint;  // its name otherwise
+  std::string joint;  // the name otherwise
 };
 
-// From a list of "own" or "own=joint".
+// Parses a list of "own" or "own=joint".
 std::vector<Part> PartsOf(const std::string& list) {
   std::vector<Part> parts;
   for (const std::string& part : Split(list, ' ')) {
@@ -64,8 +64,8 @@ const std::vector<Part>& CentralParts() {
 struct Meaning {
   enum class Kind { kExact, kVague, kNone };
   Kind kind = Kind::kNone;
-  std::string joint;  // our name for it; the label itself if unknown
-  std::string own;    // ours if another label is the joint
+  std::string joint;  // kinegraph's name; the label itself if unknown
+  std::string own;    // the name if another label is the joint
   int vagueness = 0;  // higher: less exact
 };
 
@@ -80,7 +80,7 @@ std::optional<Meaning> MeaningAmong(const std::vector<Part>& parts,
   if (part == parts.end()) return std::nullopt;
   const std::string joint = side + part->joint;
   const std::string own = side + part->own;
-  // Our own spelling has precedence.
+  // kinegraph's own spelling has precedence.
   return Meaning{joint == own ? Meaning::Kind::kExact : Meaning::Kind::kVague,
                  joint, own,
                  label == joint ? -1 : static_cast<int>(part - parts.begin())};
@@ -183,7 +183,7 @@ std::vector<std::string> OurJointNames(const std::vector<std::string>& labels) {
     if (names[i].empty() && taken.insert(name).second) names[i] = name;
   };
   for (const auto& [joint, i] : exactest) give(i, joint);
-  // Labels in our own spelling keep it before other spellings are assigned.
+  // Labels in kinegraph's own spelling are kept before others get their names.
   for (size_t i = 0; i < labels.size(); ++i) {
     if (meanings[i].own == labels[i]) give(i, labels[i]);
   }
@@ -234,7 +234,8 @@ Skeleton WithOurNames(const Skeleton& skeleton) {
 
 namespace {
 
-// Recognises COCO-WholeBody although MMPose names the points of face and hands
+// The built-in skeleton with these joints, or nullptr. Recognises
+// COCO-WholeBody even though MMPose names the points of face and hands
 // differently.
 const Skeleton* FindKnown(const std::vector<std::string>& joints) {
   constexpr int kNamedAlike = 23;  // body and feet

@@ -10,21 +10,22 @@
 
 namespace kinegraph {
 
-// Our name for a detector's joint, in any spelling: "left_shoulder",
+// kinegraph's name for a joint with a label in any spelling: "left_shoulder",
 // "LShoulder", "shoulder_left" and "Shoulder L" are l_shoulder, "Hip" is
-// mid_hip, "Neck" neck, "Anna:LAnkle (mm)" l_ankle. A label of no known joint
-// is returned unchanged.
+// mid_hip, "Neck" is neck, "Anna:LAnkle (mm)" is l_ankle. The label of an
+// unknown joint is returned unchanged.
 std::string JointNameOf(const std::string& label);
 
-// Our names for a set of labels, all distinct. Of several that may be one joint
-// the most exact becomes it, the others keep separate names ("left_ankle"
-// and "left_foot" are l_ankle and l_foot; "left_hip" and "left_foot" l_hip and
-// l_ankle). Inexact names are not used where no label is exact, as for markers
-// ("HEAD", "C7", "LTOE"), nor for animals (IsAnimalPart).
+// kinegraph's names for a set of labels, all distinct. If several labels may be
+// the same joint, the most exact one gets its name and the others keep separate
+// names: "left_ankle" and "left_foot" become l_ankle and l_foot, but "left_hip"
+// and "left_foot" become l_hip and l_ankle. Inexact labels are not translated
+// if no label is exact, as for markers ("HEAD", "C7", "LTOE"), and for animals
+// (IsAnimalPart).
 std::vector<std::string> OurJointNames(const std::vector<std::string>& labels);
 
-// The reverse: "left_shoulder" for l_shoulder, "mouth_left" for l_mouth, as
-// MediaPipe writes them; other names unchanged.
+// MediaPipe's name for kinegraph's: "left_shoulder" for l_shoulder,
+// "mouth_left" for l_mouth; other names are unchanged.
 std::string LongJointName(const std::string& joint);
 
 // Naming convention of markers in TRC and other files.
@@ -33,20 +34,20 @@ inline constexpr char kMarkerNamesList[] = "ours, pose2sim, opensim";
 // nullopt for any other text.
 std::optional<MarkerNames> ParseMarkerNames(const std::string& text);
 
-// The same joints and bones under other names: Pose2Sim's "RHip", "RBigToe",
-// "Head", "Hip" or, in BODY_25, "CHip"; `kOpenSim` the same but "midHip", as
-// OpenCap passes them to OpenSim. JointNameOf reads all of them back.
+// The same joints and bones under other names: kPose2Sim has "RHip", "RBigToe",
+// "Head", and "Hip" (in BODY_25 "CHip"); kOpenSim has "midHip" instead, as
+// OpenCap passes it to OpenSim. JointNameOf translates all of them back.
 Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names);
 
-// The same joints and bones under our names (OurJointNames).
+// The same joints and bones under kinegraph's names (OurJointNames).
 Skeleton WithOurNames(const Skeleton& skeleton);
 
-// The skeleton specified by a file: its labels under our names, its bones, and
-// its own name unless it is that of a built-in skeleton. A built-in set of
-// joints in the same order is the built-in skeleton, with the file's bones if
-// it has any. Without bones a human's are those of COCO-17 between the existing
-// joints (IsHuman). Throws InputError "joints: ..." or "bones: ..." without a
-// file name.
+// The skeleton that a file specifies: its labels under kinegraph's names, its
+// bones, and its name unless a built-in skeleton has that name. Joints that
+// equal those of a built-in skeleton, in the same order, give the built-in
+// skeleton, with the file's bones if it has any. A human skeleton (IsHuman)
+// without bones gets those of COCO-17 between its joints. Throws InputError
+// "joints: ..." or "bones: ..." without a file name.
 Skeleton SkeletonOfLabels(const std::vector<std::string>& labels,
                           const std::vector<Bone>& bones = {},
                           const std::string& name = "");

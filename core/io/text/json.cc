@@ -13,8 +13,9 @@ namespace kinegraph {
 namespace {
 
 // Builds the value while the parser, which does not recurse, reads the text, so
-// that excess is rejected before memory is allocated. (With the library's own
-// callback each object in a list costs time proportional to the list.)
+// that a text beyond the limits is rejected before memory is allocated. (With
+// the library's own callback each object in a list costs time proportional to
+// the list.)
 class Builder final : public nlohmann::json_sax<Json> {
  public:
   Builder(const std::string& text, const std::string& file)
@@ -77,7 +78,7 @@ class Builder final : public nlohmann::json_sax<Json> {
 
 Json* Builder::Add(Json value) {
   if (++count_ > kMaxJsonValues) {
-    Fail("holds more than " + std::to_string(kMaxJsonValues) + " values");
+    Fail("contains more than " + std::to_string(kMaxJsonValues) + " values");
   }
   if (open_.empty()) {
     root_ = std::move(value);

@@ -15,45 +15,46 @@ namespace kinegraph {
 // Keeps the order of the file.
 using Json = nlohmann::ordered_json;
 
-// Bounds on small files, also TOML and YAML (docs/limits.md): the first bounds
-// recursion, the second the time of linear lookups of keys, the third memory.
+// Limits for small files, including TOML and YAML (docs/limits.md): the first
+// bounds recursion, the second the time of linear lookups of keys, the third
+// memory.
 inline constexpr int kMaxJsonDepth = 64;
 inline constexpr size_t kMaxJsonKeys = 4096;
 inline constexpr size_t kMaxJsonValues = 1'000'000;
 
 // Parses one JSON text. Throws InputError naming `file` (and line and column)
-// for a syntax error, NaN, an unrepresentable number (1e400), a repeated key,
-// and anything beyond the bounds above.
+// for a syntax error, NaN, an unrepresentable number (1e400), a repeated key or
+// a text beyond the limits above.
 Json ParseJson(const std::string& text, const std::string& file);
 
-// The same for YAML, one document as OpenCV's FileStorage writes it. A map of
-// rows, cols and data (OpenCV's !!opencv-matrix) becomes an array of rows.
-// Unquoted scalars that are numbers become numbers, all others texts. Throws
-// InputError naming `file` and line for a syntax error, a repeated key, deep
-// nesting, or more than 16 MiB of values with aliases expanded.
+// Parses YAML, one document as OpenCV's FileStorage writes it. A map of rows,
+// cols and data (OpenCV's !!opencv-matrix) becomes an array of rows. Unquoted
+// scalars that are numbers become numbers, all others texts. Throws InputError
+// naming `file` and line for a syntax error, a repeated key, deep nesting, or
+// more than 16 MiB of values with aliases expanded.
 Json ParseYaml(const std::string& text, const std::string& file);
 
 // The prefix of `text` that is NaN or an infinity in Python's notation, which
-// is not JSON; empty if there is none.
+// is not valid JSON; empty if there is none.
 std::string_view NotANumberAt(std::string_view text);
 
-// The text of a value, on one line or with lines indented by `indent`. Bytes
-// that are not UTF-8, which file names and labels may contain, become U+FFFD.
-// Texts and lists of texts are also valid TOML, which requires U+007F to be
-// escaped.
+// The JSON text of a value, on one line or with lines indented by `indent`.
+// Bytes that are not UTF-8, which file names and labels may contain, become
+// U+FFFD. Texts and lists of texts are also valid TOML, which requires U+007F
+// to be escaped.
 std::string DumpJson(const Json& value, int indent = -1);
 
-// `text` in quotes.
+// `text` as a JSON string, with quotes.
 std::string JsonText(const std::string& text);
 
-// Adds a key that the object must not have, without searching for it.
+// Adds a member without searching for its key, which the object must not have.
 void AppendMember(const std::string& key, Json value, Json* object);
 
 // Description of a value for messages: "an object", "an array of 8", "the text
 // 'x'".
 std::string DescribeJson(const Json& value);
 
-// A value and its place, for messages. Does not own the value.
+// A value, with its place for messages. Does not own the value.
 class JsonField {
  public:
   JsonField(const Json& value, std::string file, std::string where = "");
@@ -67,11 +68,11 @@ class JsonField {
 
   // Throws InputError "file: where: message".
   [[noreturn]] void Fail(const std::string& message) const;
-  // Throws "found ..., expected `what`".
+  // Throws InputError "file: where: found ..., expected `what`".
   [[noreturn]] void FailExpected(const std::string& what) const;
 
-  // The member of an object; if it is missing, Find returns nullopt and At
-  // fails.
+  // A member of an object. If it is missing, Find returns nullopt and At throws
+  // InputError.
   std::optional<JsonField> Find(const std::string& key) const;
   JsonField At(const std::string& key) const;
   // Members in file order; messages call them "`kind` 'key'".
@@ -83,13 +84,14 @@ class JsonField {
   std::string Text() const;
   bool Boolean() const;
   double Number() const;  // finite
-  // A number without fraction within +-2^53; 1032.0 passes.
+  // A whole number within +-2^53, which may be written as 1032.0.
   int64_t Integer() const;
   std::vector<int64_t> Integers(int count) const;
-  // Row-major, flat or an array of rows; a column or row may be nested either
-  // way. All numbers finite.
+  // The numbers of a matrix, row-major: a flat array or an array of rows. A
+  // single column may be an array of rows or one row. All numbers must be
+  // finite.
   std::vector<double> Matrix(int rows, int cols) const;
-  // Any count of numbers, flat, as a row or as a column.
+  // Any number of numbers, as a flat array, a row or a column.
   std::vector<double> Numbers() const;
 
  private:

@@ -1,5 +1,5 @@
-// Fast writing of JSON: numbers as the shortest text that reads back bit for
-// bit.
+// Fast writing of JSON, with numbers as the shortest text that reads back as
+// the same bits.
 #ifndef KINEGRAPH_CORE_IO_TEXT_JSON_OUTPUT_H_
 #define KINEGRAPH_CORE_IO_TEXT_JSON_OUTPUT_H_
 
@@ -21,7 +21,7 @@ class JsonOutput {
     buffer_.append(text.data(), text.data() + text.size());
   }
   void Integer(int64_t value);
-  // Throws std::logic_error if the value is not finite, which is a bug.
+  // Throws std::logic_error if the value is not finite.
   void Number(double value);
   void Seconds(TimeNs time) { Number(ToSeconds(time)); }
 

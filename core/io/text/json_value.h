@@ -1,4 +1,4 @@
-// JSON's classes, for the few sources outside core/io that hold a value.
+// The JSON classes, for the few sources outside core/io that store a value.
 #ifndef KINEGRAPH_CORE_IO_TEXT_JSON_VALUE_H_
 #define KINEGRAPH_CORE_IO_TEXT_JSON_VALUE_H_
 

@@ -1,4 +1,4 @@
-// Common parts of longcw's files of detections and poses.
+// Shared by the readers and writers of longcw's detections and poses.
 #ifndef KINEGRAPH_CORE_IO_TEXT_LONGCW_H_
 #define KINEGRAPH_CORE_IO_TEXT_LONGCW_H_
 
@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// The default to convert the files' times to frame numbers: the rate of Campus,
-// the data set in this format.
+// The default rate for converting the files' times to frame numbers: that of
+// Campus, the data set in this format.
 inline constexpr double kLongcwFrameRateHz = 25.0;
 
 struct LongcwTime {
@@ -20,7 +20,7 @@ struct LongcwTime {
   TimeNs time = 0;
 };
 
-// The frame nearest to a timestamp. Throws InputError without a file.
+// The frame nearest to a timestamp. Throws InputError without a file name.
 inline LongcwTime ReadLongcwTime(JsonValue value, double frame_rate_hz) {
   const TimeNs time = AsTime(value, "timestamp");
   const double frame = std::round(ToSeconds(time) * frame_rate_hz);
@@ -30,13 +30,13 @@ inline LongcwTime ReadLongcwTime(JsonValue value, double frame_rate_hz) {
   return {static_cast<int64_t>(frame), time};
 }
 
-// Call before writing: the files have times but no frame numbers. Throws
-// InputError if there is no frame rate, or if a frame would be read back as
-// another one.
+// Call these before writing, since the files have times but no frame numbers.
+// Throw InputError if there is no frame rate, or if a frame would be read back
+// as another frame.
 inline void RequireLongcwRate(double frame_rate_hz) {
   if (frame_rate_hz > 0.0) return;
   throw InputError(
-      "longcw's files contain times, so a frame rate is needed, which the "
+      "longcw's files require a frame rate to convert times, which the "
       "input does not specify (--frame_rate=HZ)");
 }
 inline void RequireLongcwTime(int64_t frame, TimeNs time,
@@ -44,8 +44,8 @@ inline void RequireLongcwTime(int64_t frame, TimeNs time,
   const double read = std::round(ToSeconds(time) * frame_rate_hz);
   if (time >= 0 && read == static_cast<double>(frame)) return;
   throw InputError("frame " + std::to_string(frame) +
-                   ": longcw's files have no frame numbers, and by its time "
-                   "this one would be read as another frame");
+                   ": longcw's files have no frame numbers, and this frame "
+                   "would be read as another one because of its time");
 }
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// Fields that a format cannot hold, as reported by its writer.
+// What a format cannot store, as reported by its writer.
 #ifndef KINEGRAPH_CORE_IO_TEXT_LOST_FIELDS_H_
 #define KINEGRAPH_CORE_IO_TEXT_LOST_FIELDS_H_
 

@@ -21,7 +21,7 @@ std::string_view CutNumber(std::string_view* text) {
   return digits;
 }
 
-// The part of a file's name that may hold a frame number.
+// The part of a file's name that may contain a frame number.
 std::string_view BeforeEnd(std::string_view file_name) {
   const size_t keypoints = file_name.rfind("_keypoints");
   return file_name.substr(0, keypoints != std::string_view::npos
@@ -29,8 +29,8 @@ std::string_view BeforeEnd(std::string_view file_name) {
                                  : file_name.rfind('.'));
 }
 
-// Whether the name has seconds since 1970, or of any long-running clock, with
-// decimals: "1305031102.175304.png".
+// Whether the name contains the seconds of a long-running clock, such as those
+// since 1970, with decimals: "1305031102.175304.png".
 bool HasSeconds(std::string_view name) {
   constexpr int kDigits = 9;
   int digits = 0;  // of the current run, without leading zeros
@@ -45,7 +45,7 @@ bool HasSeconds(std::string_view name) {
   return false;
 }
 
-// Kind of time or date that an impossible frame number resembles.
+// The kind of time or date that a too large frame number resembles.
 std::string TimeLikeness(std::optional<int64_t> number) {
   if (!number.has_value()) return "a time in nanoseconds";
   const size_t digits = std::to_string(*number).size();
@@ -77,13 +77,13 @@ std::optional<int64_t> FrameOfFileName(std::string_view file_name) {
 int64_t FrameOfName(std::string_view file_name) {
   const std::string_view name = BeforeEnd(file_name);
   const std::optional<int64_t> number = LastInteger(name);
-  // 30 years at 1000 Hz; any date since 2001 in milliseconds since 1970 is
-  // larger.
+  // 30 years at 1000 Hz. Milliseconds since 1970 exceed this for all dates
+  // since 2001.
   constexpr int64_t kMost = 1'000'000'000'000;
   const bool has_seconds = HasSeconds(name);
   if (number.has_value() && *number < kMost && !has_seconds) return *number;
   const std::string fault =
-      "'" + Printable(std::string(file_name)) + "' holds no frame number";
+      "'" + Printable(std::string(file_name)) + "' contains no frame number";
   if (std::none_of(name.begin(), name.end(), IsDigit)) throw InputError(fault);
   throw InputError(
       fault + " but what looks like " +

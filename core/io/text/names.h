@@ -13,15 +13,15 @@ namespace kinegraph {
 // frame number (18 digits, not counting leading zeros).
 std::optional<int64_t> LastInteger(std::string_view name);
 
-// Frame number of a detection file: the last integer before "_keypoints", else
-// before the extension.
+// Frame number in the name of a detection file: the last integer before
+// "_keypoints", or before the extension if there is no "_keypoints".
 std::optional<int64_t> FrameOfFileName(std::string_view file_name);
 
-// The same, also for an image's name. Throws InputError without a file name if
-// there is none, or if the number is a time or a date.
+// The same, but throws InputError without a file name if there is no number, or
+// if the number is a time or a date. Also for names of images.
 int64_t FrameOfName(std::string_view file_name);
 
-// Order in which "cam2" comes before "cam10".
+// Natural order, in which "cam2" comes before "cam10".
 bool NaturalLess(std::string_view a, std::string_view b);
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// Skeletons inside our own files:
+// Skeletons in kinegraph's own files:
 // {"name": "coco17", "joints": [...], "bones": [[a, b], ...]}.
 #ifndef KINEGRAPH_CORE_IO_TEXT_SKELETON_JSON_H_
 #define KINEGRAPH_CORE_IO_TEXT_SKELETON_JSON_H_
@@ -12,16 +12,18 @@
 
 namespace kinegraph {
 
-// Throws InputError without a file (bulk_json.h).
+// Throws InputError without a file name (bulk_json.h).
 Skeleton ReadSkeleton(JsonValue value);
 
-// A skeleton as stated by an adapter: the name of a built-in one, or {"joints":
-// labels in any spelling, "bones": pairs, if there are any}, under our names
-// (SkeletonOfLabels). Throws as ReadSkeleton.
+// Reads a skeleton that an adapter specifies: the name of a built-in skeleton,
+// or
+// {"joints": labels in any spelling, "bones": pairs (optional)}, which is
+// translated to kinegraph's names (SkeletonOfLabels). Throws InputError without
+// a file name.
 Skeleton ReadStatedSkeleton(JsonValue value);
 
-// Pairs of joints counted from `first` to `last`, as indices from 0. Throws
-// InputError "KEY: ..." without a file.
+// Reads pairs of joint numbers from `first` to `last`, as indices from 0.
+// Throws InputError "KEY: ..." without a file name.
 std::vector<Bone> ReadBones(JsonValue value, std::string_view key, int first,
                             int last);
 

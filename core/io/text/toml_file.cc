@@ -27,11 +27,11 @@ Json TableToJson(const toml::table& table) {
   return object;
 }
 
-// toml++ destroys tables recursively, and we recurse over them; a key of a
-// hundred thousand parts ("a.a.a...") creates as many tables. Depth and number
-// of tables and values are therefore limited before parsing: each part of a key
-// and each bracket is a level below the outermost table. Syntax errors are left
-// to the parser, so strings need only be followed while they are valid
+// Limits depth and number of tables and values before parsing, because toml++
+// destroys tables recursively and ToJson recurses over them, and a key with a
+// hundred thousand parts ("a.a.a...") creates as many tables. Each part of a
+// key and each bracket is a level below the outermost table. Syntax errors are
+// left to the parser, so strings are followed only as long as they are valid
 // (toml_test.cc compares the two).
 class TomlGuard {
  public:
@@ -74,13 +74,13 @@ class TomlGuard {
     }
     if (!opens && c != '.' && c != ',' && c != '\n') return;
     if (++values_ > kMaxJsonValues) {
-      Fail("holds more than " + std::to_string(kMaxJsonValues) + " values");
+      Fail("contains more than " + std::to_string(kMaxJsonValues) + " values");
     }
   }
 
-  // Skips to the end of a string, or of the text; an unterminated string is
-  // reported by the parser. Three quotes open a multi-line string, and of up to
-  // five that close it the first two are part of it.
+  // Skips to the end of a string or of the text; the parser reports an
+  // unterminated string. Three quotes open a multi-line string. Up to five
+  // quotes close it, of which all but the last three are part of the string.
   void SkipString(char quote) {
     const bool over_lines = QuotesAt(quote, 3) == 3;
     at_ += over_lines ? 3 : 1;

@@ -1,4 +1,5 @@
-// TOML texts, with our own wording of errors. For the readers of core/io only.
+// Parsing TOML, with kinegraph's error messages. For the readers of core/io
+// only.
 #ifndef KINEGRAPH_CORE_IO_TEXT_TOML_FILE_H_
 #define KINEGRAPH_CORE_IO_TEXT_TOML_FILE_H_
 
@@ -11,10 +12,11 @@
 namespace kinegraph {
 
 // Throws InputError naming `file` and line for a syntax error, a duplicate key
-// or unreasonable nesting.
+// or too deep nesting.
 toml::table ParseToml(const std::string& text, const std::string& file);
 
-// The same values as JSON, tables in file order (toml++ sorts them by name).
+// The same values as JSON, with tables in file order (toml++ sorts them by
+// name).
 Json ToJson(const toml::node& node);
 
 }  // namespace kinegraph

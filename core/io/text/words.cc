@@ -53,7 +53,7 @@ void Words::Fail(std::string_view found, const std::string& expected) {
 }
 
 bool IsNumberTable(std::string_view text) {
-  constexpr int kEnough = 64;  // words; the reader checks all
+  constexpr int kEnough = 64;  // words to check; readers check all
   Words words(text, WordBreak::kSpaceOrCommas);
   for (int i = 0; i < kEnough; ++i) {
     const std::string_view word = words.Next();

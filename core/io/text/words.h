@@ -11,16 +11,17 @@ namespace kinegraph {
 
 enum class WordBreak { kSpace, kSpaceOrCommas };  // commas and semicolons
 
-// The words of a text, one after the other. Throws InputError without a file.
+// Reads the words of a text one after the other. Throws InputError without a
+// file name.
 class Words {
  public:
   explicit Words(std::string_view text, WordBreak at = WordBreak::kSpace)
       : rest_(text), commas_(at == WordBreak::kSpaceOrCommas) {}
 
-  // Empty at the end.
+  // The next word; empty at the end.
   std::string_view Next();
-  // These throw at the end of the text or if something else is found; `what`
-  // completes "expected ...".
+  // Read the next word; throw InputError at the end of the text or if something
+  // else is found. `what` completes "expected ...".
   std::string_view Need(const char* what);
   void Expect(const char* wanted);
   double Number(const char* what);  // finite
@@ -46,8 +47,8 @@ class Words {
 bool IsNumberTable(std::string_view text);
 
 // The numbers of a small file, separated by spaces, commas or semicolons.
-// Throws InputError if one is not finite, or if there are not `count` of them;
-// `what` describes these.
+// Throws InputError if a number is not finite, or if there are not `count`
+// numbers; `what` describes the expected numbers.
 std::vector<double> ReadNumberTable(const std::string& path, size_t count,
                                     const std::string& what);
 

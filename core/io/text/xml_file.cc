@@ -14,8 +14,8 @@ struct XmlElement::Document {
   std::string file;
   pugi::xml_document tree;
 
-  // Counted in bytes of the file: correct for UTF-8 and, because every line end
-  // contains one byte of that value, for UTF-16.
+  // Counts newline bytes: correct for UTF-8 and for UTF-16, in which every
+  // newline contains one such byte.
   std::string LineAt(ptrdiff_t offset) const {
     const auto end =
         text.begin() +
@@ -106,8 +106,8 @@ std::vector<double> XmlElement::Numbers(const std::string& attribute,
 }
 
 XmlElement ParseXml(std::string text, const std::string& file) {
-  // Far more than a laboratory's cameras need; elements take more memory than
-  // their text.
+  // Far more than the cameras of a laboratory need. Elements take more memory
+  // than their text.
   constexpr size_t kMaxBytes = size_t{16} << 20;
   if (text.size() > kMaxBytes) {
     throw InputError(file, "", "is larger than 16 MiB, the limit for XML");
@@ -120,7 +120,7 @@ XmlElement ParseXml(std::string text, const std::string& file) {
   const pugi::xml_node root = document->tree.document_element();
   if (!result || !root) {
     throw InputError(file, document->LineAt(result.offset),
-                     std::string("is no XML: ") +
+                     std::string("is not XML: ") +
                          (result ? "has no element" : result.description()));
   }
   return XmlElement(std::move(document), root);

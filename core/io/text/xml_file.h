@@ -1,4 +1,4 @@
-// XML calibrations written by laboratories' programs. For the readers of
+// XML calibrations written by motion capture systems. For the readers of
 // core/io only.
 #ifndef KINEGRAPH_CORE_IO_TEXT_XML_FILE_H_
 #define KINEGRAPH_CORE_IO_TEXT_XML_FILE_H_
@@ -11,7 +11,7 @@
 
 namespace kinegraph {
 
-// An element, and its place for messages. Keeps the whole document alive.
+// An element, with its place for messages. Keeps the whole document alive.
 class XmlElement {
  public:
   const std::string& file() const;
@@ -20,13 +20,14 @@ class XmlElement {
   // Throws InputError "file: line 12: message".
   [[noreturn]] void Fail(const std::string& message) const;
 
-  // Child elements in file order; Find returns the first or nullopt, At fails.
+  // Child elements in file order. Find returns the first or nullopt, At throws
+  // InputError if there is none.
   std::vector<XmlElement> All(const std::string& name) const;
   std::optional<XmlElement> Find(const std::string& name) const;
   XmlElement At(const std::string& name) const;
 
-  // Attributes. The numbers are finite; `Numbers` are separated by spaces, and
-  // a leading text is skipped (Vicon's "ViconRadial2 0 0 ...").
+  // Attributes. Numbers must be finite. Numbers() reads numbers separated by
+  // spaces and skips a leading text (Vicon's "ViconRadial2 0 0 ...").
   std::optional<std::string> FindText(const std::string& attribute) const;
   std::string Text(const std::string& attribute) const;
   double Number(const std::string& attribute) const;
@@ -44,9 +45,10 @@ class XmlElement {
   pugi::xml_node node_;
 };
 
-// The root element of a text in UTF-8, UTF-16 or UTF-32. Only XML's own five
-// entities are replaced, and nothing external is read. Throws InputError naming
-// `file` for more than 16 MiB, and with the line for a syntax error.
+// Parses a text in UTF-8, UTF-16 or UTF-32; returns the root element. Only
+// XML's own five entities are replaced, and nothing external is read. Throws
+// InputError naming `file` for more than 16 MiB, and with the line for a syntax
+// error.
 XmlElement ParseXml(std::string text, const std::string& file);
 
 }  // namespace kinegraph

@@ -14,9 +14,9 @@
 namespace kinegraph {
 namespace {
 
-// In memory: kValueBytes per value plus its text. Enough for five thousand
-// cameras. Aliases let a short text represent a huge one, so each copy is
-// counted.
+// Limit of the memory for values, which is kValueBytes per value plus its text.
+// Enough for five thousand cameras. With aliases a short text can represent a
+// huge one, so each copy is counted.
 constexpr size_t kMaxBytes = size_t{16} << 20;
 constexpr size_t kValueBytes = 64;
 
@@ -34,8 +34,8 @@ size_t BytesOf(const Json& value) {
   return bytes;
 }
 
-// Builds the value while the parser reads the text, and stops the parser on
-// excess: each comma of a list creates a value.
+// Builds the value while the parser reads the text, and stops the parser at the
+// limits: each comma of a list creates a value.
 class YamlBuilder final : public YAML::EventHandler {
  public:
   explicit YamlBuilder(std::string file) : file_(std::move(file)) {}
@@ -106,12 +106,12 @@ class YamlBuilder final : public YAML::EventHandler {
   }
 
   void Put(const YAML::Mark& mark, Json value, YAML::anchor_t anchor) {
-    if (WantsKey()) Fail(mark, "a key is no text");
+    if (WantsKey()) Fail(mark, "a key is not a text");
     Pay(mark, BytesOf(value));
     Add(mark, std::move(value), anchor);
   }
 
-  // A value already counted.
+  // Adds a value that is already counted.
   void Add(const YAML::Mark& mark, Json value, YAML::anchor_t anchor) {
     if (anchor != 0) {
       Pay(mark, BytesOf(value));
@@ -131,7 +131,7 @@ class YamlBuilder final : public YAML::EventHandler {
   }
 
   void Open(const YAML::Mark& mark, Json value, YAML::anchor_t anchor) {
-    if (WantsKey()) Fail(mark, "a key is no text");
+    if (WantsKey()) Fail(mark, "a key is not a text");
     if (open_.size() >= static_cast<size_t>(kMaxJsonDepth)) {
       Fail(mark, "is nested deeper than " + std::to_string(kMaxJsonDepth) +
                      " levels");
@@ -182,9 +182,9 @@ class YamlBuilder final : public YAML::EventHandler {
   size_t bytes_ = 0;
 };
 
-// Bounds the depth before parsing: the parser needs a second for each million
-// open brackets before it reports the first value. Brackets in texts count too;
-// no calibration has that many.
+// Limits the depth before parsing: the parser needs a second for each million
+// open brackets before it reports the first value. Brackets in texts also
+// count, but no calibration has so many.
 void RefuseDeepBrackets(const std::string& text, const std::string& file) {
   int depth = 0;
   for (const char c : text) {
@@ -216,11 +216,11 @@ Json ParseYaml(const std::string& text, const std::string& file) {
   try {
     YAML::Parser parser(stream);
     if (!parser.HandleNextDocument(builder)) {
-      throw InputError(file, "", "holds no YAML document, expected one");
+      throw InputError(file, "", "contains no YAML document, expected one");
     }
     if (parser.HandleNextDocument(further)) {
-      throw InputError(file, "",
-                       "holds more than one YAML document, or a stray comma");
+      throw InputError(
+          file, "", "contains more than one YAML document, or a stray comma");
     }
   } catch (const YAML::Exception& error) {
     const std::string line =

@@ -1,5 +1,5 @@
-// Arrays that are dense over frames, people and joints: NumPy's .npz, and the
-// format of the Python package `movement`.
+// Dense arrays over frames, people and joints: NumPy's .npz, and the format of
+// the Python package `movement`.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,8 +20,8 @@ namespace {
 
 // ---- NumPy ----
 //
-// Tracks as NumPy arrays, listed below; without `status` every position is an
-// observed joint.
+// Reads tracks from the NumPy arrays that are listed at WriteNpzTracks. Without
+// `status` every position is an observed joint.
 
 class NpzTrackReader {
  public:
@@ -114,23 +114,23 @@ class NpzTrackReader {
     }
   }
 
-  // The file's, unless the options specify one; 0 if unknown.
+  // The file's frame rate; 0 if it is unknown or the options specify one.
   double ReadFrameRate() const {
     if (options_.frame_rate_hz > 0.0 || !file_.Has("frame_rate")) return 0.0;
     const double rate = file_.Numbers("frame_rate", 0).front();
     if (rate > kMaxFrameRate_hz || rate < 0.0)
-      file_.Fail("frame_rate", "expected Hz");
+      file_.Fail("frame_rate", "expected a frame rate in Hz");
     return rate > 0.0 ? rate : 0.0;
   }
 
-  // NaN: unknown; frame / frame rate remains.
+  // A NaN is an unknown time, for which frame / frame rate remains.
   void ReadTimes(TrackCollector* collector) const {
     if (!file_.Has("times")) return;
     const std::vector<double> times_s = file_.Numbers("times", 1);
     RequireSize("times", times_s.size(), frames_);
     for (size_t f = 0; f < frames_; ++f) {
       if (std::isnan(times_s[f])) continue;
-      if (std::abs(times_s[f]) > 1e9) file_.Fail("times", "is beyond 1e9 s");
+      if (std::abs(times_s[f]) > 1e9) file_.Fail("times", "exceeds 1e9 s");
       collector->Touch(numbers_[f])->time = FromSeconds(times_s[f]);
     }
   }
@@ -183,7 +183,7 @@ class NpzTrackReader {
     }
     if (status_[at] <= 0) return {};
     if (!HasPosition(at)) {
-      throw InputError("status: a joint has one, but no position");
+      throw InputError("status: a joint has a status, but no position");
     }
     return {Eigen::Vector3d(&positions_[at * 3]),
             static_cast<JointStatus>(status_[at])};
@@ -203,15 +203,15 @@ class NpzTrackReader {
   std::vector<int64_t> numbers_;
 };
 
-// Index of the person in `ids`, which ascend.
+// Index of the person in `ids`, which must ascend.
 size_t PlaceOf(const PersonPose& person, const std::vector<int64_t>& ids) {
   return static_cast<size_t>(
       std::lower_bound(ids.begin(), ids.end(), person.id.value()) -
       ids.begin());
 }
 
-// An array over frames, people and joints with `width` values each, which
-// `fill` sets where a person is present.
+// An array over frames, people and joints with `width` values each. `fill` sets
+// them where a person is present.
 template <typename Value, typename Fill>
 std::vector<Value> Dense(const TrackSequence& tracks,
                          const std::vector<int64_t>& ids, size_t width,
@@ -229,7 +229,8 @@ std::vector<Value> Dense(const TrackSequence& tracks,
   return values;
 }
 
-// Fails before filling gigabytes that no file can hold.
+// Throws InputError if the arrays would be too large for a file, before memory
+// is allocated.
 void CheckSize(const std::string& path, const std::vector<size_t>& shape,
                bool has_covariances) {
   double bytes = has_covariances ? 9 * 8.0 + 3 * 8.0 : 3 * 8.0;
@@ -237,8 +238,8 @@ void CheckSize(const std::string& path, const std::vector<size_t>& shape,
   if (bytes < static_cast<double>(NpzFile::kMaxBytes)) return;
   throw InputError(
       path, "",
-      fmt::format("{} frames of {} people would have more than 4 GB, which "
-                  "this format does not hold; take fewer frames or CSV",
+      fmt::format("{} frames of {} people would exceed 4 GB, the limit of this "
+                  "format; write fewer frames, or CSV",
                   shape[0], shape[1]));
 }
 
@@ -301,8 +302,8 @@ PersonNames ReadNpzNames(const std::string& path) {
   return names;
 }
 
-// NumPy's .npz, an uncompressed archive of arrays; F frames, P people, J
-// joints, dense over all of them:
+// Writes NumPy's .npz, an uncompressed archive of arrays over F frames, P
+// people and J joints:
 //   positions   float64 [F, P, J, 3]     m; NaN where there is none
 //   status      int8    [F, P, J]        2 observed, 1 inferred, 0 missing;
 //                                        -1 if the person is absent
@@ -365,8 +366,8 @@ void WriteNpzTracks(const std::string& path, const TrackSequence& tracks,
   NoteLosses(contents, {Loss::kUnknownClock, Loss::kMatches}, lost_fields);
 }
 
-// A data set of poses of the Python package `movement`, for xarray: netCDF,
-// written by an adapter.
+// Writes a data set of poses for the Python package `movement` and xarray:
+// netCDF, written by an adapter.
 void WriteMovementTracks(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& options,
                          LostFields* lost_fields) {
@@ -378,10 +379,11 @@ void WriteMovementTracks(const std::string& path, const TrackSequence& tracks,
   lost_fields->push_back("bones, views and configuration are not kept");
   lost_fields->push_back(
       contents.has_covariances
-          ? "of a covariance the standard deviation of each axis is kept"
+          ? "of covariances only the standard deviation of each axis is kept"
           : "confidence is NaN: the tracks have no covariances");
   if (!contents.has_clock) {
-    lost_fields->push_back("times are frame numbers (--frame_rate=HZ)");
+    lost_fields->push_back(
+        "frame numbers are written as times (--frame_rate=HZ)");
   }
 }
 

@@ -37,7 +37,7 @@ AxisMap AxisMap::Parse(const std::string& text) {
   }
   if (!is_axes) throw fail("three axes such as y,z,x");
   if (Determinant(map) != 1.0) {
-    throw fail("each axis once, and no mirror image such as x,z,y");
+    throw fail("each axis once, and no mirroring as in x,z,y");
   }
   return map;
 }

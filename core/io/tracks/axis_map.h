@@ -1,4 +1,4 @@
-// The axes of the world that a file's X, Y and Z are.
+// The world axes along the X, Y and Z of a file.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_AXIS_MAP_H_
 #define KINEGRAPH_CORE_IO_TRACKS_AXIS_MAP_H_
 
@@ -13,14 +13,15 @@ struct AxisMap {
   std::array<int, 3> axis = {1, 2, 0};
   std::array<double, 3> sign = {1.0, 1.0, 1.0};
 
-  // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError
-  // unless the text is a permutation of the axes with signs that do not mirror.
+  // Parses a text such as "y,z,x" (the default, from z up to y up) or "x,-z,y".
+  // Throws InputError unless it is a permutation of the axes with signs that do
+  // not mirror.
   static AxisMap Parse(const std::string& text);
-  // The file's axis `of_file` (0: X) is `sign` (1 or -1) times the world's axis
-  // `of_world`. The other two world axes are assigned in ascending order, the
-  // last with the sign that avoids mirroring.
+  // The map in which the file's axis `of_file` (0: X) is `sign` (1 or -1) times
+  // the world's axis `of_world`. The other two world axes are assigned in
+  // ascending order, the last with the sign that avoids mirroring.
   static AxisMap With(size_t of_file, int of_world, double sign);
-  // The text that Parse() reads.
+  // The text from which Parse() reads this map.
   std::string Text() const;
 
   bool operator==(const AxisMap& other) const {

@@ -30,9 +30,9 @@ constexpr double kBvhCentimetreM = 0.01;
 
 // ---- Reading: files of any program ----
 //
-// Channels in any order, several roots. Joint positions follow from offsets and
-// angles; a joint that coincides with its parent in every frame is a pivot and
-// is omitted. Frames count from 0.
+// Channels may be in any order, and there may be several roots. Joint positions
+// follow from offsets and angles; a joint that coincides with its parent in
+// every frame is a pivot and is omitted. Frames count from 0.
 
 struct Channel {
   bool is_position = false;
@@ -55,7 +55,7 @@ size_t ReadChannels(Words* words, BvhNode* node) {
   constexpr double kMostChannels = 6.0;
   const double count = words->Number("a number of channels");
   if (!(count >= 0.0 && count <= kMostChannels) || !node->channels.empty()) {
-    throw InputError("CHANNELS: expected 0 .. 6, once a joint");
+    throw InputError("CHANNELS: expected 0 .. 6, once per joint");
   }
   for (int c = 0; c < static_cast<int>(count); ++c) {
     const std::string_view word = words->Need("a channel");
@@ -69,7 +69,7 @@ size_t ReadChannels(Words* words, BvhNode* node) {
   return node->channels.size();
 }
 
-// Up to the word MOTION.
+// Reads up to and including the word MOTION.
 Hierarchy ReadHierarchy(Words* words) {
   constexpr size_t kMostJoints = 10000;
   Hierarchy hierarchy;
@@ -149,8 +149,8 @@ std::vector<Vector3d> PlacesOf(const Hierarchy& hierarchy,
   return places;
 }
 
-// Our joints by the names in CMU's and Mixamo's skeletons, which name the
-// segment that begins at the joint.
+// kinegraph's names for joints of CMU's and Mixamo's skeletons, in which a
+// joint has the name of the segment that begins there.
 std::string BodyName(const std::string& label) {
   static const std::map<std::string, std::string> kNames = {
       {"Hips", "mid_hip"},          {"Neck", "neck"},
@@ -221,10 +221,10 @@ Motion ReadMotion(Words* words) {
   return {static_cast<int64_t>(frames), 1.0 / step_s};
 }
 
-// The nearest whole rate [Hz] if its rounded period gives this one: 0.033333 s
-// are 30 Hz.
+// The nearest whole rate [Hz] if the difference may be due to a rounded period:
+// 0.033333 s is 30 Hz.
 double NearWhole(double rate_hz) {
-  constexpr double kNear = 5e-4;  // the next NTSC rate differs by a thousandth
+  constexpr double kNear = 5e-4;  // NTSC rates differ by a thousandth
   const double whole = std::round(rate_hz);
   return std::abs(rate_hz - whole) < kNear * whole ? whole : rate_hz;
 }
@@ -242,7 +242,7 @@ void ReadBvhFrames(const Hierarchy& hierarchy,
       pose[j] = {axes.Invert(kBvhCentimetreM * places[joints[j]]),
                  JointStatus::kObserved};
       if (!pose[j].position_m.allFinite()) {
-        throw InputError("a joint is beyond all numbers");
+        throw InputError("the position of a joint is not a finite number");
       }
     }
   }
@@ -252,11 +252,12 @@ void ReadBvhFrames(const Hierarchy& hierarchy,
 
 // ---- Writing ----
 //
-// The root has its position and three angles, other joints only angles, in the
-// order Zrotation Xrotation Yrotation: a joint's rotation is Rz Rx Ry. Y is up.
+// The root has a position and three angles, other joints have only angles, in
+// the order Zrotation Xrotation Yrotation: a joint's rotation is Rz Rx Ry. Y is
+// up.
 
-// Angles about z, x and y [rad]: of the two triples for a rotation the one
-// nearer to the previous row's, so that curves have no jumps.
+// Angles about z, x and y [rad]. Of the two triples for a rotation, the one
+// nearer to the previous row's angles, so that curves have no jumps.
 Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
   const Matrix3d r = rotation.toRotationMatrix();
   constexpr double kUpright = 1.0 - 1e-12;
@@ -291,8 +292,8 @@ std::string Offset(const Vector3d& offset_m, const std::string& indent) {
                      cm.z());
 }
 
-// The joint and its descendants as text, and their order, which is that of a
-// row's angles.
+// Adds the joint and its descendants to the text, and to the order of the
+// angles in a row.
 void AddBvhJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
                  const std::string& indent, std::string* text,
                  std::vector<size_t>* order) {
@@ -312,7 +313,8 @@ void AddBvhJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
     AddBvhJoint(tree, motion, child, inside, text, order);
   }
   if (tree[joint].children.empty()) {
-    // Extends the bone; a single joint gets an end, too, to be visible.
+    // The end site extends the bone. A single joint gets one, too, to be
+    // visible.
     constexpr double kShare = 0.3;
     const Vector3d end_m = motion.offsets_m[joint].isZero()
                                ? Vector3d(0.05 * Vector3d::UnitY())
@@ -343,8 +345,8 @@ class BvhWriter {
     }
     size_t there = 0;
     for (const auto& [id, span] : spans_) there += span.count;
-    // Beyond this, with many people who come and go, the files would consist
-    // mostly of repeated poses.
+    // Beyond these limits, with many people who are present only briefly, files
+    // would consist mostly of repeated poses.
     constexpr size_t kMostRows = 200'000;
     constexpr size_t kMostTimes = 5;
     const size_t all = rows.size() * spans_.size();
@@ -382,21 +384,23 @@ class BvhWriter {
 
   void NoteLostFields(LostFields* lost_fields) const {
     lost_fields->push_back(
-        "frame numbers, times of their own and configuration are not kept");
+        "frame numbers, individual times and configuration are not kept");
     if (!on_one_clock_) {
       lost_fields->push_back(fmt::format(
-          "{} people in each of {} frames would be files of people who stand "
-          "still: each file begins and ends with its person (--person=N writes "
-          "one in all frames)",
+          "with {} people and {} frames, files would mostly consist of "
+          "repeated "
+          "poses: each file begins and ends with its person (--person=N writes "
+          "all frames for one person)",
           spans_.size(), rows_.size()));
     }
     const double rms_m =
         misfits_ > 0 ? std::sqrt(misfit_m2_ / static_cast<double>(misfits_))
                      : 0.0;
-    lost_fields->push_back(fmt::format(
-        "bones have the median of their lengths: joints lie {:.1f} mm (RMS) "
-        "and at most {:.1f} mm from the tracks",
-        1000.0 * rms_m, 1000.0 * largest_misfit_m_));
+    lost_fields->push_back(
+        fmt::format("bones have their median lengths: joints lie {:.1f} mm "
+                    "(RMS) and at most "
+                    "{:.1f} mm from the tracks",
+                    1000.0 * rms_m, 1000.0 * largest_misfit_m_));
     losses_.Note(tree_, lost_fields);
     NoteLosses(ContentsOf(tracks_),
                {Loss::kInferredAlike, Loss::kCovariances, Loss::kViews},
@@ -418,8 +422,8 @@ class BvhWriter {
         });
     if (has_bones || tree_.size() == 1) return;
     Refuse(
-        "BVH is made of bones, and the skeleton '{}' has none; C3D, TRC and "
-        "glTF hold points",
+        "BVH consists of bones, but the skeleton '{}' has none; C3D, TRC and "
+        "glTF can store points",
         Printable(tracks_.header.skeleton.name()));
   }
 
@@ -451,7 +455,7 @@ class BvhWriter {
   const JointTree tree_;
   std::map<int64_t, Span> spans_;  // by identity
   bool on_one_clock_ = true;
-  // Distance of the rigid skeleton from the tracks.
+  // Distances of joints of the rigid skeleton from the tracks.
   double misfit_m2_ = 0.0;
   double largest_misfit_m_ = 0.0;
   int64_t misfits_ = 0;

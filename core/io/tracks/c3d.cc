@@ -1,6 +1,6 @@
-// Tracks of a C3D file. The label "Anna:l_knee" belongs to person Anna; without
-// such labels all points are one person. In a file without points the joints
-// are the origins of segments.
+// Reading tracks from C3D files. The label "Anna:l_knee" is a joint of person
+// Anna; without such labels all points are one person. In a file without points
+// the joints are the origins of segments.
 #include "core/io/tracks/c3d.h"
 
 #include <algorithm>
@@ -58,7 +58,7 @@ std::optional<TrackId> IdOf(const std::string& prefix) {
       kBegins.size(), prefix.size() - kBegins.size() - 1));
 }
 
-// Excludes empty labels, Vicon's unlabelled points and the laboratory.
+// False for empty labels, Vicon's unlabelled points and the laboratory segment.
 bool IsJoint(const std::string& label) {
   return !label.empty() && label.front() != '*' && label != "worldbody";
 }
@@ -77,7 +77,7 @@ class Labels {
     for (const std::string& label : labels_) {
       if (IsJoint(label)) ++counts[label];
     }
-    // Each label occurs once per person.
+    // If all labels occur equally often, each occurs once per person.
     const size_t copies = counts.empty() ? 0 : counts.begin()->second;
     const bool is_set_each =
         copies > 1 &&
@@ -106,7 +106,7 @@ class Labels {
   }
 
  private:
-  // "C7_2" for the second point labelled C7.
+  // A unique name such as "C7_2" for the second point labelled C7.
   static std::string Unlike(const std::map<std::string, size_t>& labels,
                             const std::string& subject,
                             const std::string& joint, size_t number) {
@@ -117,8 +117,9 @@ class Labels {
     return other;
   }
 
-  // "Anna:" and "l_knee"; by the file's prefixes, else at a colon unless the
-  // file states that it has no prefixes.
+  // Splits a label into "Anna:" and "l_knee": after one of the file's prefixes,
+  // otherwise at a colon, unless the file specifies that it has no prefixes and
+  // the text before the colon is not a subject's name.
   std::pair<std::string, std::string> Split(const std::string& label) const {
     size_t size = 0;
     for (const std::string& prefix : prefixes_) {
@@ -136,8 +137,8 @@ class Labels {
     return {label.substr(0, size), label.substr(size)};
   }
 
-  // "person_3:" is identity 3, others are 0, 1, 2 in order; SUBJECTS:NAMES has
-  // the names of people.
+  // Sets ids and names. If all prefixes are like "person_3:", their numbers are
+  // the ids, otherwise ids are 0, 1, 2 in order. SUBJECTS:NAMES has the names.
   void NamePeople(const std::vector<std::string>& subjects,
                   Contents* contents) const {
     std::set<TrackId> taken;
@@ -181,8 +182,8 @@ std::string SegmentName(const std::string& label) {
   return label;
 }
 
-// Vicon's models store computed quantities as points, too: angles [degrees],
-// forces, ..., whose labels are in separate lists.
+// Removes the labels of quantities that Vicon's models compute and store as
+// points, such as angles [degrees] and forces; they are listed separately.
 void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
   std::set<std::string> modelled;
   for (const char* kind :
@@ -197,12 +198,12 @@ void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
     if (modelled.count(label) > 0) label.clear();
   }
   if (std::none_of(labels->begin(), labels->end(), IsJoint)) {
-    throw InputError("has angles or other results of a model, and no points");
+    throw InputError("has angles or other results of a model, but no points");
   }
 }
 
 Contents ContentsOf(const C3dFile& file) {
-  // Every person has an entry for every joint: limits entries per point.
+  // Limits memory: every person has an entry for every joint.
   constexpr size_t kMostPlaces = 64;
   const bool has_points = file.points().width > 0;
   std::vector<std::string> labels =
@@ -220,8 +221,9 @@ Contents ContentsOf(const C3dFile& file) {
   Contents contents = Labels(file.values(), labels).Read();
   if (contents.ids.size() * contents.joints.size() >
       kMostPlaces * contents.points.size()) {
-    Refuse("names {} people and {} joints, which are not the same for all",
-           contents.ids.size(), contents.joints.size());
+    Refuse(
+        "has {} people and {} joints in all, but people have different joints",
+        contents.ids.size(), contents.joints.size());
   }
   return contents;
 }
@@ -232,8 +234,8 @@ TrackSequence ReadC3dFile(const std::string& path,
   const Contents contents = ContentsOf(file);
   const bool has_points = file.points().width > 0;
   const C3dFrames& frames = has_points ? file.points() : file.segments();
-  // A segment's origin keeps the segment's name: that of the head is not its
-  // top.
+  // A segment's origin keeps the segment's name, since the origin of the head,
+  // for example, is not the joint at its top.
   TrackCollector collector("c3d",
                            has_points || options.skeleton.has_value()
                                ? SkeletonOfNames(contents.joints, options)
@@ -306,7 +308,7 @@ std::vector<double> LoadWeights(const C3dValues& values, size_t plate) {
       return {0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
     case 3:  // four corners
       return {0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0};
-    case 4: {  // by columns: the row of the third force
+    case 4: {  // the matrix's row for the third force; stored by columns
       std::vector<double> weights;
       for (size_t c = 0; c < 6; ++c) {
         weights.push_back(PlateNumber(
@@ -338,8 +340,8 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
         PlateNumber(values, "CHANNEL", row_length * plate + c);
     if (!(channel >= 1.0 && channel <= static_cast<double>(analog.channels))) {
       Refuse(
-          "FORCE_PLATFORM:CHANNEL: plate {} has no channel {} among the {} "
-          "analog ones",
+          "FORCE_PLATFORM:CHANNEL: plate {}: channel {} is none of the {} "
+          "analog channels",
           plate + 1, c + 1, analog.channels);
     }
     channels.push_back(static_cast<size_t>(channel) - 1);
@@ -359,8 +361,8 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
       mean += load_n;
     }
   }
-  // The sign is a convention: the plate's axis may point up or down, and the
-  // file may state the force on the plate or its reaction.
+  // The sign depends on conventions: the plate's axis may point up or down, and
+  // the file may contain the force on the plate or its reaction.
   if (mean < 0.0) {
     for (double& load_n : result.load_n) load_n = -load_n;
   }
@@ -397,7 +399,7 @@ std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
   });
 }
 
-// The first byte is the block at which the parameters begin.
+// The first byte of a C3D file is the block at which the parameters begin.
 bool RecogniseC3dTracks(const TrackHead& head) {
   return head.beginning.size() >= kC3dBlock && head.beginning[1] == 0x50 &&
          !head.BeginsWith("PK") && head.beginning[0] > 0 &&

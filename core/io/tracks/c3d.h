@@ -1,4 +1,4 @@
-// Content of a C3D file besides tracks: poses of body segments (its ROTATION
+// Content of a C3D file other than tracks: poses of body segments (its ROTATION
 // group, which Theia3D, Visual3D and others write) and force plates (its
 // FORCE_PLATFORM group and analog samples).
 #ifndef KINEGRAPH_CORE_IO_TRACKS_C3D_H_
@@ -27,15 +27,15 @@ struct SegmentSequence {
   std::vector<SegmentFrame> frames;
 };
 
-// The segments of a C3D file, including that of the laboratory ("worldbody");
-// none if the file only has points. ReadTracks() returns their origins as
-// joints for files without points. `axes` as in TrackReadOptions. Throws
-// InputError naming the file.
+// Reads the segments of a C3D file, including the segment of the laboratory
+// ("worldbody"); none if the file has only points. For files without points,
+// ReadTracks() returns the origins of segments as joints. `axes`: see
+// TrackReadOptions. Throws InputError naming the file.
 SegmentSequence ReadSegments(const std::string& path,
                              const std::optional<AxisMap>& axes = {});
 
-// Plates of types 1 to 4 (c3d.org's user guide); other types are ignored. World
-// axes are those in which ReadTracks() returns the points. Throws InputError
+// Reads force plates of types 1 to 4 (c3d.org's user guide); other types are
+// ignored. Positions are in the world axes of ReadTracks(). Throws InputError
 // naming the file if it has no plates or lacks their channels.
 std::vector<ForcePlate> ReadForcePlates(const std::string& path);
 

@@ -15,7 +15,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kMostFrames = 1e9;
-constexpr int64_t kFull = 65535;  // maximum of a word; -1 if signed
+constexpr int64_t kFull = 65535;  // maximum of a word (-1 if it is signed)
 constexpr int64_t kWords = 65536;
 
 std::string Upper(std::string text) {
@@ -29,7 +29,7 @@ std::string WithoutFill(const std::string& text) {
   return end == std::string::npos ? "" : text.substr(0, end + 1);
 }
 
-// UTF-8 unchanged, anything else converted from Latin-1.
+// Returns UTF-8 unchanged and converts other texts from Latin-1.
 std::string AsUtf8(const std::string& text) {
   size_t at = 0;
   while (at < text.size()) {
@@ -39,8 +39,8 @@ std::string AsUtf8(const std::string& text) {
   }
   if (at >= text.size()) return text;
   std::string utf8;
-  for (const char c : text) {  // Latin-1 is the first 256 code points of
-                               // Unicode
+  // Latin-1 is the first 256 code points of Unicode.
+  for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte >= 0x80) utf8 += static_cast<char>(0xC0 | byte >> 6);
     utf8 += static_cast<char>(byte < 0x80 ? byte : 0x80 | (byte & 0x3F));
@@ -153,8 +153,9 @@ std::vector<std::string> C3dValues::Texts(const std::string& name) const {
 
 class C3dRange {
  public:
-  // The first frame, and the number of frames by each convention, the most
-  // reliable first. 0 means unspecified; a full word means this many or more.
+  // Collects the first frame, and the number of frames by each convention, the
+  // most reliable first. 0 means unspecified; a full word means this many or
+  // more.
   C3dRange(const C3dBytes& bytes, const C3dValues& values)
       : bytes_(bytes), values_(values) {
     const auto state = [&](const char* where, int64_t count, bool is_word,
@@ -176,7 +177,7 @@ class C3dRange {
     }
     for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
       const double frames = values_.NumberOrZero(name);
-      // Floats may also be -1.
+      // A float may also be -1.
       if (frames > 0.0 && frames <= kMostFrames && frames != kFull) {
         state(name, std::llround(frames), std::string(name) == "POINT:FRAMES");
       }
@@ -190,8 +191,8 @@ class C3dRange {
     }
   }
 
-  // The stated count for which the frames end within a block of the end of the
-  // data. Counts in a word may have overflowed.
+  // The first stated count for which the frames end less than a block before
+  // the end of the data. Counts in a word may have overflowed.
   std::optional<int64_t> FittingCount(const C3dFrames& frames,
                                       size_t end) const {
     if (frames.frame_bytes == 0 || frames.begin > end) return std::nullopt;
@@ -215,8 +216,8 @@ class C3dRange {
     return std::nullopt;
   }
 
-  // 0-based; by a source that also states `count`, as a trimmed file may keep
-  // the old range in one place.
+  // The first frame, 0-based, from a source that also states `count`, since a
+  // trimmed file may keep the old range in one place.
   int64_t FirstOf(int64_t count) const {
     int64_t first = first_;
     for (auto at = stated_.rbegin(); at != stated_.rend(); ++at) {
@@ -235,22 +236,26 @@ class C3dRange {
       const Stated& most_trusted = stated_.front();
       for (const Stated& stated : stated_) {
         if (stated.count == most_trusted.count) continue;
-        Refuse("is of {} frames ({}) or {} ({}), and has room for {}",
-               most_trusted.count, most_trusted.where, stated.count,
-               stated.where, room);
+        Refuse(
+            "specifies {} frames ({}) and {} frames ({}), but has space for {}",
+            most_trusted.count, most_trusted.where, stated.count, stated.where,
+            room);
       }
       const bool may_have_run_over =
           most_trusted.is_word && room >= most_trusted.count + kWords;
       if (most_trusted.count > room || most_trusted.count < at_least_ ||
           may_have_run_over) {
         Refuse(
-            "is cut off or miscounted: {} says {} frames, there is room for {}",
+            "is cut off or miscounted: {} specifies {} frames, but there is "
+            "space "
+            "for {}",
             most_trusted.where, most_trusted.count, room);
       }
       return most_trusted.count;
     }
     if (room < at_least_) throw InputError("is cut off");
-    // Only the size is left. The last block may be padded with zeros.
+    // Only the file's size determines the count. The last block may be padded
+    // with zeros.
     int64_t count = room;
     const auto begin_of = [&](int64_t frame) {
       return frames.begin + static_cast<size_t>(frame) * frames.frame_bytes;
@@ -272,7 +277,7 @@ class C3dRange {
     int64_t first = -1;    // 1-based; -1: unspecified
   };
 
-  // Two words, or a number of another type.
+  // Reads a frame number: two words, or one number of another type.
   int64_t FrameNumber(const std::string& name) const {
     const double low = values_.NumberOrZero(name);
     const double high = values_.Number(name, 1).value_or(0.0);
@@ -286,7 +291,7 @@ class C3dRange {
   const C3dValues& values_;
   int64_t first_ = 0;  // 1-based; used if no statement fits
   std::vector<Stated> stated_;
-  int64_t at_least_ = 0;  // frames, by a full word
+  int64_t at_least_ = 0;  // lower bound of the count, if a word is full
 };
 
 C3dFile::C3dFile(const std::string& path)
@@ -306,11 +311,11 @@ C3dFile::C3dFile(const std::string& path)
 // Sets the byte order; returns the offset of the parameters.
 size_t C3dFile::OpenParameters() {
   if (!bytes_.Has(0, kC3dBlock)) throw InputError("is cut off");
-  if (bytes_.Byte(1) != 0x50) throw InputError("is no C3D file");
+  if (bytes_.Byte(1) != 0x50) throw InputError("is not a C3D file");
   const size_t begin = BlockBegin(bytes_.Byte(0));
   const int order = bytes_.Byte(begin + 3);
   if (order < C3dBytes::kIntel || order > C3dBytes::kMips) {
-    throw InputError("names no byte order (Intel, DEC or MIPS)");
+    throw InputError("has an unknown byte order, expected Intel, DEC or MIPS");
   }
   bytes_.set_order(order);
   return begin;
@@ -334,7 +339,7 @@ void C3dFile::FindSegments(const C3dRange& range) {
       kMatrixBytes * segments_.width * static_cast<size_t>(each);
   if (bytes_.Word(2) > 0 && range.is_stated() &&
       !range.FittingCount(segments_, bytes_.size())) {
-    segments_ = {};  // beyond the range of the word DATA_START, or invalid
+    segments_ = {};  // DATA_START is invalid, or exceeds the range of a word
     return;
   }
   const int64_t count = range.CountOf(segments_, bytes_.size());
@@ -378,7 +383,7 @@ void C3dFile::FindPoints(const C3dRange& range) {
   const size_t width = points_.width;
   if (!set_bytes()) {
     // Header and parameters disagree, or floats have the scale of integers: use
-    // the variant that fits the file's size.
+    // the alternative that fits the file's size.
     points_.width = static_cast<size_t>(in_header);
     if (in_header == 0 || !set_bytes()) {
       points_.width = width;
@@ -394,7 +399,7 @@ void C3dFile::FindPoints(const C3dRange& range) {
   points_.rate_hz = IsRate(rate_hz_) ? rate_hz_ : 0.0;
 }
 
-// The header states analog values and samples per frame.
+// The header specifies the numbers of analog values and of samples per frame.
 void C3dFile::FindAnalog() {
   const auto values = static_cast<size_t>(bytes_.Word(4));
   const auto per_frame = static_cast<size_t>(bytes_.Word(18));

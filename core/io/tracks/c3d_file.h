@@ -1,6 +1,6 @@
-// The content of a C3D file by c3d.org's user guide, of any program: integers
-// or floats, Intel, DEC or MIPS order, analog samples; and C-Motion's ROTATION
-// group, a 4x4 matrix per segment and frame. For core/io only.
+// The content of a C3D file of any program, according to c3d.org's user guide:
+// integers or floats, Intel, DEC or MIPS order, analog samples; and C-Motion's
+// ROTATION group, a 4x4 matrix per segment and frame. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
 #define KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
 
@@ -22,7 +22,8 @@ namespace kinegraph {
 
 inline constexpr size_t kC3dBlock = 512;
 
-// Bytes in one of three orders; reading beyond the end throws InputError.
+// The bytes of a file, with numbers in one of three byte orders. Reading beyond
+// the end throws InputError.
 class C3dBytes {
  public:
   enum Order { kIntel = 84, kDec = 85, kMips = 86 };
@@ -72,7 +73,8 @@ class C3dBytes {
   int order_ = kIntel;
 };
 
-// Parameters by "GROUP:NAME". Malformed ones count as absent.
+// The parameters of a file by "GROUP:NAME". Malformed parameters count as
+// absent.
 class C3dValues {
  public:
   C3dValues(const C3dBytes& bytes, size_t begin);
@@ -83,14 +85,14 @@ class C3dValues {
   double NumberOrZero(const std::string& name) const {
     return Number(name).value_or(0.0);
   }
-  // Length of a row, the fastest dimension; 0 if absent.
+  // Length of a row, which is the fastest dimension; 0 if absent.
   size_t RowLength(const std::string& name) const;
-  // Includes the texts of NAME2, NAME3, ..., without trailing spaces; empty for
-  // numbers. Bytes that are not UTF-8 are read as Latin-1.
+  // The texts, including those of NAME2, NAME3, ..., without trailing spaces;
+  // empty for numbers. Texts that are not UTF-8 are read as Latin-1.
   std::vector<std::string> Texts(const std::string& name) const;
 
  private:
-  // Location of a parameter's values.
+  // The values of a parameter.
   struct Place {
     int type = 0;  // -1 characters, 1 bytes, 2 words, 4 floats
     std::vector<size_t> shape;
@@ -112,9 +114,9 @@ class C3dValues {
 struct C3dFrames {
   size_t width = 0;  // points or segments per frame
   int64_t count = 0;
-  int64_t first = 0;     // 0-based; C3D's numbers are 1-based
+  int64_t first = 0;     // 0-based, whereas C3D counts from 1
   double rate_hz = 0.0;  // 0: unknown
-  size_t begin = 0;      // bytes
+  size_t begin = 0;      // offset of the first frame in the file
   size_t frame_bytes = 0;
 };
 
@@ -124,7 +126,7 @@ struct C3dAnalog {
   size_t per_frame = 0;  // samples of each channel
 };
 
-class C3dRange;  // the file's statements on its frames
+class C3dRange;  // what the file specifies about its range of frames
 
 class C3dFile {
  public:
@@ -140,13 +142,14 @@ class C3dFile {
   const C3dAnalog& analog() const { return analog_; }
   double unit_m() const { return unit_m_; }
 
-  // In metres, in the axes of the file; nullopt for an invalid point: negative
-  // residual, not a number, or 0, 0, 0 with residual 0, which many programs
-  // write for a missing one.
+  // Position in metres, in the axes of the file. nullopt for a missing point:
+  // with a negative residual, not a number, or at 0, 0, 0 with residual 0, as
+  // many programs write missing points.
   std::optional<Eigen::Vector3d> Point(int64_t frame, size_t point) const;
-  // In the unit of the channel.
+  // A sample in the unit of the channel.
   double Analog(int64_t frame, size_t sample, size_t channel) const;
-  // From the segment's axes to the file's; nullopt if the segment is missing.
+  // Transform from the segment's axes to the file's; nullopt if the segment is
+  // missing.
   std::optional<Eigen::Isometry3d> Segment(int64_t frame, size_t segment) const;
 
  private:
@@ -159,14 +162,14 @@ class C3dFile {
   const C3dValues values_;
   bool is_float_ = true;
   double unit_m_ = 0.001;
-  double step_m_ = 0.001;  // of a point's coordinate
+  double step_m_ = 0.001;  // unit of a stored coordinate
   double rate_hz_ = 0.0;
   C3dFrames points_;
   C3dFrames segments_;
   C3dAnalog analog_;
 };
 
-// Inline, as it is called for each point of each frame.
+// Inline, because it is called for each point of each frame.
 inline std::optional<Eigen::Vector3d> C3dFile::Point(int64_t frame,
                                                      size_t point) const {
   const size_t width = is_float_ ? 4 : 2;
@@ -180,7 +183,7 @@ inline std::optional<Eigen::Vector3d> C3dFile::Point(int64_t frame,
   }
   constexpr double kLeast = std::numeric_limits<float>::min();
   if (is_float_ && values[3] != 0.0 && std::abs(values[3]) < kLeast) {
-    // Some programs write the residual as a word in float files, too.
+    // Some programs write the residual as a word even in float files.
     values[3] = static_cast<int16_t>(bytes_.Word(at + 12));
   }
   if (!(values[3] >= 0.0)) return std::nullopt;

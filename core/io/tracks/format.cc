@@ -45,14 +45,15 @@ namespace {
 void Check(const TrackReadOptions& options) {
   if (!(options.frame_rate_hz >= 0.0 &&
         options.frame_rate_hz <= kMaxFrameRate_hz)) {
-    throw OptionError("frame_rate", "expected above 0 .. 1e6 Hz");
+    throw OptionError("frame_rate",
+                      "expected a rate above 0 and at most 1e6 Hz");
   }
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
     throw OptionError("first_frame", "expected a frame number >= 0");
   }
 }
 
-// Any format of an adapter that is not in our list.
+// Any format of an adapter that is not in TrackFormats().
 const TrackFormat& FormatOfAdapters() {
   static const TrackFormat kFormat = {
       "adapter",
@@ -129,7 +130,7 @@ struct Row : TrackFormat {
     files = Files::kFileAFrame;
     return *this;
   }
-  // It also recognises files that are not tracks.
+  // The format also recognises files that are not tracks.
   Row& Mistakable() {
     is_unmistakable = false;
     return *this;
@@ -142,8 +143,8 @@ struct Row : TrackFormat {
 
 }  // namespace
 
-// In the order of listings; recognition does not depend on it, as no two
-// formats recognise the same.
+// In the order of listings. Recognition does not depend on the order: no two
+// formats recognise the same file.
 const std::vector<TrackFormat>& TrackFormats() {
   static const std::vector<TrackFormat> kFormats = {
       Row("kinegraph", "JSON Lines")
@@ -151,7 +152,7 @@ const std::vector<TrackFormat>& TrackFormats() {
           .Reads(RecogniseKinegraphTracks, ReadKinegraphTracks)
           .Writes(WriteKinegraphTracks)
           .WithPersonNames(ReadKinegraphNames),
-      Row("csv", "one row a joint")
+      Row("csv", "one row per joint")
           .Extensions(".csv")
           .Reads(RecogniseCsvTracks, ReadCsvTracks)
           .Writes(WriteCsvTracks)
@@ -162,7 +163,7 @@ const std::vector<TrackFormat>& TrackFormats() {
           .Writes(WriteNpzTracks)
           .UsualUnit(1.0)
           .WithNames(ReadNpzNames),
-      Row("trc", "a folder, a file per person")
+      Row("trc", "a folder with one file per person")
           .Extensions(".trc")
           .Reads(RecogniseTrcTracks, ReadTrcTracks)
           .Writes(WriteTrcTracks)
@@ -175,7 +176,7 @@ const std::vector<TrackFormat>& TrackFormats() {
           .Writes(WriteC3dTracks)
           .OwnAxes(C3dAxes())
           .WithNames(ReadC3dNames),
-      Row("bvh", "a skeleton and its angles, cm, a file per person")
+      Row("bvh", "skeleton and joint angles, cm, one file per person")
           .Extensions(".bvh")
           .Reads(RecogniseBvhTracks, ReadBvhTracks)
           .Writes(WriteBvhTracks)
@@ -183,7 +184,7 @@ const std::vector<TrackFormat>& TrackFormats() {
           .UsualUnit(0.01)
           .WithNames()
           .FileAPerson(".bvh"),
-      Row("gltf", "glTF 2.0, animated skeletons of everybody, m")
+      Row("gltf", "glTF 2.0, animated skeletons of all people, m")
           .Extensions(".glb,.gltf")
           .Writes(WriteGltfTracks)
           .OwnAxes(AnimationAxes())
@@ -193,7 +194,7 @@ const std::vector<TrackFormat>& TrackFormats() {
           .Writes(WriteMovementTracks)
           .WithNames()
           .OfAdapter(),
-      Row("anipose", "Anipose's table of 3D points, mm, a file per person")
+      Row("anipose", "Anipose's table of 3D points, mm, one file per person")
           .Writes(WriteAniposeTracks)
           .WithNames()
           .FileAPerson(".csv"),
@@ -323,14 +324,14 @@ const TrackFormat& FormatOfTracks(const std::string& path,
                                                     : FormatOfAdapters();
   }
   if (head.HasKey("kinegraph_detections")) {
-    throw InputError(path, "", "is a file of detections, expected tracks");
+    throw InputError(path, "", "contains detections, expected tracks");
   }
   const bool is_coco3d =
       head.HasKey("categories") &&
       head.beginning.find("keypoints_3d") != std::string::npos;
   throw InputError(path, "",
-                   "is no known format of tracks, expected one of " + known() +
-                       WayOnFrom(is_coco3d ? "coco3d" : ""));
+                   "is in no known format of tracks, expected one of " +
+                       known() + WayOnFrom(is_coco3d ? "coco3d" : ""));
 }
 
 TrackSequence ReadTracks(const std::string& path,
@@ -344,7 +345,7 @@ TrackSequence ReadTracks(const std::string& path,
     throw InputError(path, "",
                      "is " + format.name +
                          ", which specifies its unit; --unit "
-                         "belongs to tracks of " +
+                         "applies to tracks of " +
                          others);
   }
   TrackSequence tracks = format.read(path, options);

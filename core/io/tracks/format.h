@@ -1,7 +1,7 @@
-// The formats of 3D tracks, one entry each. Recognition, `convert --formats`,
-// the applicable flags and the format by an extension for `track --out` and
-// `convert --out` follow from it. A new format requires its functions and two
-// lines in format.cc.
+// The table of formats of 3D tracks. Recognition, `convert --formats`, the
+// applicable flags and the choice of a format by the extension in `track --out`
+// and `convert --out` are derived from it. A new format requires its functions
+// and two entries in format.cc.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 
@@ -18,7 +18,7 @@
 namespace kinegraph {
 
 struct TrackExportOptions {
-  // The world axes that the file's X, Y, Z are, instead of the format's own.
+  // The world axes along the file's X, Y, Z, instead of the format's own.
   std::optional<AxisMap> axes;
   PersonNames names;
 };
@@ -45,9 +45,10 @@ struct TrackFormat {
   using Read = TrackSequence (*)(const std::string& path,
                                  const TrackReadOptions& options);
   using ReadNames = PersonNames (*)(const std::string& path);
-  // Writes a file or a folder, which appears when complete; numbers read back
-  // bit by bit. Throws InputError if it cannot be created or the format cannot
-  // represent the tracks. Omissions of the format are added to `lost_fields`.
+  // Writes a file or a folder, which appears only when it is complete; numbers
+  // are read back as the same bits. Throws InputError if it cannot be created
+  // or the format cannot represent the tracks. Adds what the format cannot
+  // store to `lost_fields`.
   using Write = void (*)(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& options,
                          LostFields* lost_fields);
@@ -61,22 +62,24 @@ struct TrackFormat {
 
   std::string name;
   std::string layout;  // one line for users
-  // Extensions that choose the format for writing; empty if other formats take
+  // Extensions for which this format is written; empty if others take
   // precedence.
   std::vector<std::string> extensions;
   Recognise recognise = nullptr;
   Read read = nullptr;    // null: write only
   Write write = nullptr;  // null: read only
-  // The format's own axes, for formats with axes of their own (--axes).
+  // The world axes along the file's X, Y, Z, for formats with axes of their own
+  // (--axes replaces them).
   std::optional<AxisMap> axes = std::nullopt;
-  // The usual unit of lengths [m] of formats that do not state it (--unit).
+  // The usual unit of lengths [m], for formats that do not specify it (--unit
+  // replaces it).
   std::optional<double> unit_m = std::nullopt;
   bool has_marker_names = false;   // joints may be renamed when writing
-  bool keeps_names = false;        // the file contains names of people
-  ReadNames read_names = nullptr;  // of people, if they are in the file
+  bool keeps_names = false;        // names of people are written
+  ReadNames read_names = nullptr;  // reads the names of people in the file
   Files files = Files::kOne;
   std::string person_extension = "";  // for one file per person
-  // All files that it recognises are tracks.
+  // Every file that it recognises contains tracks.
   bool is_unmistakable = true;
   // kinegraph-adapters recognises, reads and writes it.
   bool is_of_adapter = false;
@@ -87,25 +90,26 @@ const std::vector<TrackFormat>& TrackFormats();
 std::string TrackFormatNames(bool (*wanted)(const TrackFormat& format));
 // nullptr if there is none of this name.
 const TrackFormat* FindTrackFormat(const std::string& name);
-// The format that the path's extension chooses for writing, or nullptr.
+// The format to write for the path's extension, or nullptr.
 const TrackFormat* TrackFormatOfExtension(const std::string& path);
-// Extensions that choose a format: ".jsonl, .csv or .npz".
+// The extensions that determine a format: ".jsonl, .csv or .npz".
 std::string TrackExtensions();
 
 // Reads the beginning of a path; throws InputError if it cannot be read.
 TrackHead LookAtTracks(const std::string& path);
-// The format that recognises it, or nullptr.
+// The first format that recognises `head`, or nullptr.
 const TrackFormat* RecogniseTracks(const TrackHead& head);
 
-// The option's format, else the one that recognises the path; throws as
-// ReadTracks does.
+// The format in the options, otherwise the one that recognises the path. Throws
+// InputError if there is none and OptionError for an unknown name.
 const TrackFormat& FormatOfTracks(const std::string& path,
                                   const TrackReadOptions& options);
 
-// The names of people in our JSON Lines ("names" of the header), CSV (column
-// `name`), NPZ (array `names`) and TRC (person_3_Anna.trc); empty for other
-// formats, files without names and pipes, which cannot be read twice. Throws
-// InputError if they are malformed.
+// The names of people in kinegraph's JSON Lines ("names" of the header), CSV
+// (column `name`), NPZ (array `names`), C3D (SUBJECTS:NAMES) and the names of
+// files with one person (person_3_Anna.trc); empty for other formats, files
+// without names and pipes, which cannot be read twice. Throws InputError if
+// they are malformed.
 PersonNames ReadPersonNames(const std::string& path);
 
 }  // namespace kinegraph

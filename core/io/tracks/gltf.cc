@@ -3,9 +3,9 @@
 // A path with the extension .glb gets the binary container, any other JSON with
 // an embedded buffer.
 //
-// Each joint has its rotation, by the directions of its bones, and its position
-// in its parent's frame, so that joint positions equal the tracks' to float
-// precision. An absent person has scale 0.
+// Each joint has a rotation, determined by the directions of its bones, and a
+// position in its parent's frame, so that joint positions equal those of the
+// tracks to float precision. An absent person has scale 0.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -60,8 +60,8 @@ std::string Base64(const std::string& bytes) {
   return text;
 }
 
-// A JSON array, written as text while it grows: a tree of values for thousands
-// of people would take a hundred times the memory of their text.
+// A JSON array that is stored as text while it grows: a tree of JSON values for
+// thousands of people would take a hundred times the memory of its text.
 class JsonList {
  public:
   // Returns the index of the item.
@@ -80,7 +80,7 @@ class JsonList {
 // The one buffer, with the views and accessors into it.
 class Buffer {
  public:
-  // Arrays of `width` numbers each; returns the index of the accessor.
+  // Adds vectors of `width` numbers each; returns the index of the accessor.
   template <typename Number>
   size_t Add(const std::vector<Number>& values, size_t width,
              BufferTarget target = kNoTarget, const std::string& bounds = "") {
@@ -104,7 +104,7 @@ class Buffer {
         R"({{"bufferView":{},"componentType":{},"count":{},"type":"{}"{}}})",
         view, +kType, values.size() / width, type, bounds));
   }
-  // With minimum and maximum values.
+  // The same, with minimum and maximum values.
   size_t AddBounded(const std::vector<float>& values, size_t width,
                     BufferTarget target = kNoTarget) {
     std::vector<float> low(values.begin(),
@@ -134,7 +134,8 @@ void AppendFloats(const Vector& numbers, std::vector<float>* values) {
   for (const double number : numbers) {
     values->push_back(static_cast<float>(number));
     if (!std::isfinite(values->back())) {
-      throw InputError("a joint is farther away than a 32-bit float counts");
+      throw InputError(
+          "the position of a joint exceeds the range of 32-bit floats");
     }
   }
 }
@@ -144,7 +145,7 @@ void AppendFloats(const Vector& numbers, std::vector<float>* values) {
 class Body {
  public:
   Body(const JointTree& tree, const std::vector<Vector3d>& rest_m) {
-    // Also small relative to the bones of a small animal.
+    // Limit the size of balls, also relative to the bones of a small animal.
     double ball_m = 0.0;
     for (size_t j = 1; j < tree.size(); ++j) {
       const Vector3d bone_m = rest_m[j] - rest_m[tree[j].parent];
@@ -159,8 +160,8 @@ class Body {
       const size_t parent = tree[j].parent;
       const Vector3d bone_m = rest_m[j] - rest_m[parent];
       if (bone_m.norm() < ball_m) continue;
-      constexpr double kThickest = 0.15;  // position of the largest width, as a
-                                          // share of the bone
+      // Position of the largest width as a fraction of the bone.
+      constexpr double kThickest = 0.15;
       AddSpindle(rest_m[parent], parent, rest_m[j], j,
                  rest_m[parent] + kThickest * bone_m,
                  std::min(0.1 * bone_m.norm(), 1.5 * ball_m));
@@ -214,9 +215,10 @@ class Body {
   std::vector<uint32_t> indices_;
 };
 
-// A person's node, which its joints' nodes follow. `rows`: the rows of the
-// recording with the person; rows[i] is row of_motion[i] of `motion`, which
-// begins with the person's first row and includes gaps.
+// A person to be animated. The nodes of the joints follow the person's `node`.
+// `rows` are the rows of the recording with the person; rows[i] is row
+// of_motion[i] of `motion`, which begins with the person's first row and
+// includes gaps.
 struct AnimatedPerson {
   std::string name;
   size_t node = 0;
@@ -254,7 +256,7 @@ class Scene {
     }
   }
 
-  // Everything except the buffer and the closing brackets.
+  // The document except for the buffer and the closing brackets.
   std::string Document() const {
     const TrackFrame& first = tracks_.frames.front();
     return fmt::format(
@@ -273,7 +275,7 @@ class Scene {
 
   void NoteLostFields(LostFields* lost_fields) const {
     lost_fields->push_back(
-        "configuration is not kept; positions are 32-bit floats");
+        "the configuration is not kept; positions are 32-bit floats");
     losses_.Note(tree_, lost_fields);
     NoteLosses(ContentsOf(tracks_),
                {Loss::kInferredAlike, Loss::kCovariances, Loss::kViews},
@@ -307,7 +309,7 @@ class Scene {
     return person;
   }
 
-  // In the pose of the person's first frame.
+  // Adds the joints in the pose of the person's first frame.
   void AddJoints(const AnimatedPerson& person, const std::string& prefix) {
     for (size_t j = 0; j < tree_.size(); ++j) {
       const Vector3d at = LocalPosition(person.motion, 0, j);
@@ -375,7 +377,7 @@ class Scene {
       for (const size_t row : person.of_motion) {
         AppendFloats(LocalPosition(person.motion, row, j), &places);
         Quaterniond turn = person.motion.Local(tree_, row, j);
-        // The sign nearer to the previous row, for interpolation.
+        // Of both signs the one nearer to the previous row, for interpolation.
         if (turn.dot(last) < 0.0) turn.coeffs() *= -1.0;
         last = turn;
         AppendFloats(turn.coeffs(), &turns);  // x, y, z, w
@@ -430,7 +432,7 @@ class Scene {
   JsonList samplers_;
 };
 
-// Header, a chunk of JSON and one of binary data (section 4.4 of the
+// Writes header, a JSON chunk and a binary chunk (section 4.4 of the
 // specification).
 void WriteBinary(const Scene& scene, AtomicFile* file) {
   std::string text = scene.Document() + "}]}";

@@ -94,12 +94,11 @@ void WritePerson(const PersonPose& person, JsonOutput* out) {
 // CMU Panoptic's hdPose3d: one file per frame, body3DScene_FFFFFFFF.json:
 // {"fpsType": "hd_29_97", "bodies": [{"id", "joints19": 19 x (x, y, z,
 // confidence) in cm}]}. A joint without a position or with confidence 0 or less
-// is missing, one of at most 0.1 is inferred, as evaluations treat it as not
-// seen.
+// is missing. A joint with confidence up to 0.1 is inferred, since evaluations
+// treat it as not seen.
 
 constexpr double kInferredConfidence = 0.1;
-// Of the high-definition cameras.
-constexpr double kHdFrameRateHz = 29.97;
+constexpr double kHdFrameRateHz = 29.97;  // of the high-definition cameras
 
 bool IsSceneFile(const std::string& name) {
   return name.rfind("body3DScene_", 0) == 0;
@@ -171,8 +170,10 @@ void WriteFourDAssociationTracks(const std::string& path,
   const int64_t count =
       tracks.frames.empty() ? 0 : tracks.frames.back().frame - first + 1;
   if (count > kMaxFrames) {
-    Refuse("the tracks span {} frames, this format has one entry for each",
-           count);
+    Refuse(
+        "the tracks span {} frames, which is too many for this format: it has "
+        "an entry for each",
+        count);
   }
   AtomicFile file(path);
   JsonOutput out;
@@ -191,7 +192,7 @@ void WriteFourDAssociationTracks(const std::string& path,
   NotePositionsOnly(contents, lost_fields);
   NoteLosses(contents, {Loss::kClock}, lost_fields);
   lost_fields->push_back(
-      "the first frame is not kept: name it when reading "
+      "the first frame is not kept: specify it when reading "
       "(--set=tracks.first_frame=" +
       std::to_string(first) + ")");
   NoteAddedRows(tracks, static_cast<size_t>(count),
@@ -215,7 +216,7 @@ TrackSequence ReadPanopticTracks(const std::string& path,
     const std::optional<int64_t> frame =
         FrameOfFileName(fs::path(file).filename().string());
     if (!frame || *frame > kMaxFrame) {
-      throw InputError(file, "", "the file name holds no frame number");
+      throw InputError(file, "", "the file name contains no frame number");
     }
     const JsonValue root = parser.Parse(file);
     Located(file, [&] { ReadPanopticFrame(root, *frame, &collector); });
@@ -247,16 +248,16 @@ void WritePanopticTracks(const std::string& path, const TrackSequence& tracks,
   NotePositionsOnly(ContentsOf(tracks), lost_fields);
   if (tracks.header.frame_rate_hz != kHdFrameRateHz) {
     lost_fields->push_back(
-        "times and frame rate are not kept: name the rate when reading, it is "
-        "taken for 29.97 Hz");
+        "times and frame rate are not kept: specify the rate when reading, "
+        "otherwise 29.97 Hz is assumed");
   }
   const auto kept = static_cast<size_t>(
       std::count_if(map.begin(), map.end(), [](int j) { return j >= 0; }));
   const size_t joints = tracks.header.skeleton.joints().size();
   if (kept < map.size() || kept < joints) {
     lost_fields->push_back(
-        "joints are Panoptic's nineteen by name: " + std::to_string(kept) +
-        " of the input's " + std::to_string(joints) +
+        "joints are mapped by name to Panoptic's nineteen: " +
+        std::to_string(kept) + " of the input's " + std::to_string(joints) +
         " are kept, the others of the nineteen are missing");
   }
 }

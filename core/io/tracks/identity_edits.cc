@@ -59,7 +59,7 @@ void ReadMember(const JsonField::Member& member, IdentityEdit* edit) {
       edit->evidence.emplace_back(one.key, one.field.Number());
     }
   } else {
-    field.Fail("no key of an identity's edit");
+    field.Fail("is not a key of an identity edit");
   }
 }
 

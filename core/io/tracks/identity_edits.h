@@ -13,14 +13,14 @@ namespace kinegraph {
 //   {"op": "join", "persons": [3, 7], "frames": [120, 131],
 //    "evidence": {"bones": 6.1, "motion": 2.3, "gap_s": 0.44}, "margin": 8.4}
 // `op` is join, cut, swap, delete, name (with "name": "Anna") or undecided.
-// Evidence and margin are optional, for information. A first line may identify
-// the tracks (side_files.h), and is skipped. Throws InputError naming file and
-// line for an unknown key or op, persons or frames of another shape, or an
-// empty range.
+// Evidence and margin are optional and only informative. The first line may
+// identify the tracks (side_files.h); it is skipped. Throws InputError naming
+// file and line for an unknown key or op, persons or frames of another shape,
+// or an empty range.
 std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path);
 
-// The file appears when complete. `tracks`: the fingerprint of the tracks
-// beside it, or empty.
+// The file appears only when complete. `tracks`: the fingerprint of the tracks
+// to which it belongs, or empty.
 void WriteIdentityEdits(const std::string& path,
                         const std::vector<IdentityEdit>& edits,
                         const std::string& tracks = "");

@@ -24,14 +24,15 @@ double SideOf(const std::string& name) {
 // Anatomy of a part of the human body.
 struct Part {
   const char* name;
-  const char* parent;  // on the same side, else in the middle
-  // At rest, for the left side; x is mirrored for the right one.
+  const char* parent;  // on the same side, otherwise in the middle
+  // Direction from the parent in the rest pose, for the left side; x is
+  // mirrored for the right side.
   double x, y, z;
   double stature_share;
 };
 
-// A quarter of the foot lies behind the ankle, half of the hand is the palm,
-// the nose is midway between chin and eyes.
+// Assumes that a quarter of the foot lies behind the ankle, that half of the
+// hand is the palm and that the nose is midway between chin and eyes.
 constexpr Part kParts[] = {{"neck", "mid_hip", 0.0, 1.0, 0.0, kTrunkShare},
                            {"mid_hip", "neck", 0.0, -1.0, 0.0, kTrunkShare},
                            {"hip", "mid_hip", 1.0, 0.0, 0.0, 0.0955},
@@ -72,7 +73,7 @@ const Part* FindPart(const std::string& ours) {
   return nullptr;
 }
 
-// A joint to attach.
+// A joint to attach to the tree.
 struct Node {
   std::string name;
   std::string ours;  // its canonical name
@@ -229,7 +230,7 @@ class TreeMaker {
     return any;
   }
 
-  // Attaches one bone; then anatomy is tried again.
+  // Attaches one bone, after which attachment by anatomy is tried again.
   bool PlaceByBones() {
     for (const Bone& bone : skeleton_.bones()) {
       Node* a = &nodes_[static_cast<size_t>(bone.a)];
@@ -245,11 +246,12 @@ class TreeMaker {
   const std::vector<bool>& is_seen_;
   bool is_human_ = false;
   bool by_body_ = false;
-  std::vector<Node> nodes_;  // first those of the skeleton
+  std::vector<Node> nodes_;  // the skeleton's joints, then added centres
   JointTree tree_;
 };
 
-// The last bones of a head, hand or foot do not turn about their common joint.
+// Whether the joint ends one of the last bones of a head, hand or foot, which
+// do not rotate about their common joint.
 bool IsRigidEnd(const JointTree& tree, const TreeJoint& joint) {
   if (!joint.children.empty()) return false;
   if (joint.is_head) return !tree[joint.parent].is_chest;
@@ -258,7 +260,8 @@ bool IsRigidEnd(const JointTree& tree, const TreeJoint& joint) {
          (kind == JointClass::kFoot || kind == JointClass::kOther);
 }
 
-// Indices of joints change: a pivot comes right before the end of its bone.
+// The tree with pivots. Indices of joints change: a pivot is inserted before
+// the end of its bone.
 JointTree WithPivots(const JointTree& tree) {
   JointTree result;
   std::vector<size_t> place(tree.size(), 0);

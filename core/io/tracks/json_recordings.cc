@@ -1,7 +1,8 @@
-// Recordings as one JSON file:
-// - poses, outputs of other programs: {"poses": [{"frame", "id", "joints":
+// Recordings in one JSON file:
+// - poses, output of other programs: {"poses": [{"frame", "id", "joints":
 //   [[x, y, z] or null, ...]}, ...]}, in metres. A joint may also be [null,
-//   null, null]. 4D association's files have their own skeleton in "joints19".
+//   null, null]. Files of 4D association also have "joints19", its own
+//   skeleton.
 // - longcw's annotation_3d.json and result_3d.json: [{"timestamp": s, "poses":
 //   [{"id", "points_3d": [[x, y, z] cm, ...], "scores": [...]}]}, ...]. A joint
 //   with score 0 is missing. Results have ids beyond 2^63.
@@ -162,9 +163,9 @@ TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
       visit(frame, AsArray(Required(frame, "poses"), "poses"));
     }
   };
-  // Collects all ids and the skeleton first. Small ids are kept: those of
-  // annotations are the actors' numbers. If any is not small, all are replaced
-  // by 0, 1, 2 in order of appearance.
+  // Collect all ids and the skeleton first. If all ids are small, they are
+  // kept: in annotations they are the actors' numbers. Otherwise they are
+  // replaced by 0, 1, 2 in order of appearance.
   bool all_small = true;
   std::unordered_map<uint64_t, int64_t> order;
   std::optional<Skeleton> skeleton = options.skeleton;
@@ -221,7 +222,7 @@ TrackSequence ReadLongcwTracks(const std::string& path,
   });
 }
 
-// Frames are identified by their times, which requires a frame rate.
+// The format identifies frames by their times, which requires a frame rate.
 void WriteLongcwTracks(const std::string& path, const TrackSequence& tracks,
                        const TrackExportOptions& /*options*/,
                        LostFields* lost_fields) {
@@ -256,7 +257,8 @@ void WriteLongcwTracks(const std::string& path, const TrackSequence& tracks,
   constexpr int64_t kKeptIds = int64_t{1} << 31;  // kept by the reader
   NoteRenumbering(tracks, kKeptIds, lost_fields);
   if (rate != kLongcwFrameRateHz) {
-    lost_fields->push_back("the frame rate is not kept: name it when reading");
+    lost_fields->push_back(
+        "the frame rate is not kept: specify it when reading");
   }
   const Skeleton& skeleton = tracks.header.skeleton;
   if (skeleton != Tum14() && skeleton != Coco17()) {

@@ -1,4 +1,5 @@
-// Our own tracks, JSON Lines: a header line, then one line per frame.
+// kinegraph's own format of tracks, JSON Lines: a header line, then one line
+// per frame.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -228,8 +229,8 @@ constexpr int kMaxInt = std::numeric_limits<int>::max();
 class KinegraphTrackReader {
  public:
   explicit KinegraphTrackReader(const std::string& path) : lines_(path) {}
-  // Reads the output of an adapter. `skeleton` replaces one with the same
-  // number of joints.
+  // Reads the output of an adapter. `skeleton` replaces the skeleton of the
+  // output, which must have the same number of joints.
   KinegraphTrackReader(const std::string& name, int pipe, int silence_ms,
                        const std::optional<Skeleton>& skeleton)
       : lines_(name, pipe, silence_ms),
@@ -459,7 +460,7 @@ class KinegraphTrackReader {
     }
   }
 
-  // Without view names in the header, names are added as they occur.
+  // Names of views that the header does not list are added as they occur.
   int ViewOf(std::string_view name) {
     auto& names = header_.view_names;
     const auto at = std::find(names.begin(), names.end(), name);

@@ -17,10 +17,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A seated person leans forward from ankles to shoulders.
+// Tolerance for "upright": a seated person leans from ankles to shoulders.
 constexpr double kNear_deg = 40.0;
 
-// Median diagonal of the upright boxes around people [m]; 0 without any.
+// Median diagonal of the bounding boxes of people [m]; 0 without people.
 double MedianExtent(const TrackSequence& tracks) {
   std::vector<double> extents_m;
   for (const TrackFrame& frame : tracks.frames) {
@@ -36,10 +36,10 @@ double MedianExtent(const TrackSequence& tracks) {
   return Median(std::move(extents_m));
 }
 
-// From a newborn to a tall person with raised arms.
+// Accepts sizes from a newborn to a tall person with raised arms.
 bool IsPlausible(double extent_m) { return extent_m > 0.3 && extent_m < 5.0; }
 
-// "-y", or "(0.1, -0.7, 0.7)" if it is near no axis.
+// Text such as "-y", or "(0.1, -0.7, 0.7)" if the direction is near no axis.
 std::string DirectionText(const Vector3d& direction) {
   const auto axis = NearestAxis(direction, kNear_deg);
   if (!axis) {
@@ -83,7 +83,7 @@ Stance StanceOf(const TrackSequence& tracks) {
 }
 
 std::optional<Vector3d> StatedUp(const TrackFormat& format) {
-  // Readers map it to z.
+  // Readers map the upward axis to z.
   if (!format.axes.has_value()) return std::nullopt;
   return Vector3d(Vector3d::UnitZ());
 }
@@ -101,7 +101,7 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
                                      const std::optional<Vector3d>& stated) {
   if (!format.axes.has_value()) return std::nullopt;
   const AxisMap used = axes.value_or(*format.axes);
-  // The file's axis (X: 0) that shows the world's z as up.
+  // The file's upward axis (X: 0), to which the format maps the world's z.
   size_t file_axis = 0;
   while (format.axes->axis[file_axis] != 2) ++file_axis;
   const Vector3d shown =

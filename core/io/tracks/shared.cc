@@ -46,7 +46,7 @@ std::vector<std::string> FilesOf(const std::string& path,
   return files;
 }
 
-// "person_3_Anna-Lena".
+// The file name without extension: "person_3_Anna-Lena".
 std::string FileStem(int64_t id, const PersonNames& names) {
   const auto name = names.find(TrackId(id));
   if (name == names.end()) return PersonLabel(id);
@@ -161,8 +161,8 @@ std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
   const int64_t first = tracks.frames.front().frame;
   const int64_t count = tracks.frames.back().frame - first + 1;
   if (count > kMaxRows) {
-    Refuse("the tracks span {} frames, a {} file may have {}", count, format,
-           kMaxRows);
+    Refuse("the tracks span {} frames, but a {} file may have at most {}",
+           count, format, kMaxRows);
   }
   rows.resize(static_cast<size_t>(count));
   size_t last = 0;
@@ -192,7 +192,7 @@ double RequireFrameRate(const TrackSequence& tracks,
                         const std::string& format) {
   if (tracks.header.frame_rate_hz > 0.0) return tracks.header.frame_rate_hz;
   Refuse(
-      "{} needs a frame rate, which the input does not specify "
+      "{} requires a frame rate, which the input does not specify "
       "(--frame_rate=HZ)",
       format);
 }
@@ -210,7 +210,8 @@ std::vector<int64_t> IdsOf(const TrackSequence& tracks) {
 std::vector<int64_t> RequirePeople(const TrackSequence& tracks) {
   std::vector<int64_t> ids = IdsOf(tracks);
   if (!ids.empty()) return ids;
-  throw InputError("the tracks contain no people, nothing to write");
+  throw InputError(
+      "the tracks contain no people, so there is nothing to write");
 }
 
 std::optional<TrackId> PersonIdOf(std::string_view text) {
@@ -277,7 +278,7 @@ void WritePersonFiles(const std::string& path, const std::string& extension,
   const std::vector<int64_t> ids = RequirePeople(tracks);
   if (EndsIn(path, extension)) {
     if (ids.size() > 1) {
-      Refuse("a {} file holds one person, the tracks have {}", extension,
+      Refuse("a {} file contains one person, but the tracks have {}", extension,
              ids.size());
     }
     return write_file(path, TrackId(ids.front()));
@@ -349,23 +350,24 @@ void NoteLosses(const TrackContents& contents,
     Loss loss;
     bool is_there;
     std::string text;
-  } texts[] = {{Loss::kCovariances, contents.has_covariances,
-                "covariances are not kept"},
-               {Loss::kViews, contents.has_views || contents.has_matches,
-                "counts of views and matches are not kept"},
-               {Loss::kMatches, contents.has_matches, "matches are not kept"},
-               {Loss::kInferredAlike, contents.has_inferred,
-                "inferred joints are written like observed ones"},
-               {Loss::kInferredObserved, contents.has_inferred,
-                "inferred joints read back as observed"},
-               {Loss::kEmptyFrames, contents.empty_frames > 0,
-                std::to_string(contents.empty_frames) +
-                    " frames without people are not kept"},
-               {Loss::kClock, contents.has_clock,
-                "times and frame rate are not kept: name the rate when reading "
-                "(--frame_rate=HZ)"},
-               {Loss::kUnknownClock, !contents.has_clock,
-                "times are not known and left out (--frame_rate=HZ)"}};
+  } texts[] = {
+      {Loss::kCovariances, contents.has_covariances,
+       "covariances are not kept"},
+      {Loss::kViews, contents.has_views || contents.has_matches,
+       "counts of views and matches are not kept"},
+      {Loss::kMatches, contents.has_matches, "matches are not kept"},
+      {Loss::kInferredAlike, contents.has_inferred,
+       "inferred joints are written like observed ones"},
+      {Loss::kInferredObserved, contents.has_inferred,
+       "inferred joints are read back as observed"},
+      {Loss::kEmptyFrames, contents.empty_frames > 0,
+       std::to_string(contents.empty_frames) +
+           " frames without people are not kept"},
+      {Loss::kClock, contents.has_clock,
+       "times and frame rate are not kept: specify the rate when reading "
+       "(--frame_rate=HZ)"},
+      {Loss::kUnknownClock, !contents.has_clock,
+       "times are unknown and omitted (--frame_rate=HZ)"}};
   for (const Loss loss : losses) {
     for (const auto& one : texts) {
       if (one.loss == loss && one.is_there) lost_fields->push_back(one.text);
@@ -385,7 +387,7 @@ void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
                    const std::string& what, LostFields* lost_fields) {
   if (row_count <= tracks.frames.size()) return;
   lost_fields->push_back(std::to_string(row_count - tracks.frames.size()) +
-                         " frames that the input leaves out " + what);
+                         " frames that are missing in the input " + what);
 }
 
 void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
@@ -394,14 +396,14 @@ void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
   if (ids.empty() || ids.back() < first_lost) return;
   lost_fields->push_back(
       "ids of " + std::to_string(first_lost) +
-      " and above are too large: people are numbered anew, from "
-      "0, when the result is read");
+      " and above are too large: readers of the result number people "
+      "anew, from 0");
 }
 
 void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields) {
   lost_fields->push_back("the file does not specify the skeleton '" +
                          tracks.header.skeleton.name() +
-                         "': name it when reading (--skeleton)");
+                         "': specify it when reading (--skeleton)");
 }
 
 }  // namespace kinegraph

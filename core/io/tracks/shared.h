@@ -25,7 +25,7 @@
 
 namespace kinegraph {
 
-// Throws InputError, without a file, with a formatted text.
+// Throws InputError with a formatted text and without a file name.
 template <typename... Args>
 [[noreturn]] void Refuse(fmt::format_string<Args...> text, Args&&... args) {
   throw InputError(fmt::format(text, std::forward<Args>(args)...));
@@ -33,27 +33,28 @@ template <typename... Args>
 
 // ---- Axes ----
 
-// Convention of laboratories: Z is up.
+// The convention of motion capture laboratories: Z is up.
 inline AxisMap C3dAxes() { return AxisMap::Parse("x,y,z"); }
-// For BVH and glTF: Blender turns Y up into Z up, and thus shows our world.
+// For BVH and glTF. Blender rotates from Y up to Z up, and thus shows the world
+// of the tracks.
 inline AxisMap AnimationAxes() { return AxisMap::Parse("x,z,-y"); }
 
 // ---- Reading ----
 
-// The skeleton of a file that names its joints, and optionally bones: the
-// option's, else SkeletonOfLabels'. Throws InputError without a file if the
-// option's has other joints.
+// The skeleton of a file that names its joints and optionally bones: the one in
+// the options, otherwise SkeletonOfLabels. Throws InputError without a file
+// name if the skeleton in the options has other joints.
 Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
                          const TrackReadOptions& options,
                          const std::vector<Bone>& bones = {});
 
-// A position in a file; missing if a number is not finite.
+// The joint at a position; missing if a coordinate is not finite.
 inline Joint3d ObservedJoint(const Eigen::Vector3d& position_m) {
   if (!std::isfinite(position_m.sum())) return {};
   return {position_m, JointStatus::kObserved};
 }
 
-// Parses a file with `read(&text)` as a Text (CsvRows, Words); errors name file
+// Parses a file as a Text (CsvRows, Words) by `read(&text)`. Errors name file
 // and line.
 template <typename Text, typename Read>
 auto ReadText(const std::string& path, const Read& read) {
@@ -63,28 +64,31 @@ auto ReadText(const std::string& path, const Read& read) {
       path, [&] { return text.Place(); }, [&] { return read(&text); });
 }
 
-// "observed", "inferred" or "missing"; throws InputError without a file.
+// Parses "observed", "inferred" or "missing". Throws InputError without a file
+// name.
 JointStatus ParseJointStatus(std::string_view text);
 
-// The joints of `object`'s `key`, four numbers each: x, y, z in the unit and a
-// weight. Missing unless the weight is positive, inferred if it is at most
-// `inferred`. Throws InputError without a file.
+// Reads the joints of `object`'s `key`, four numbers each: x, y, z in the unit
+// and a weight. A joint is missing unless its weight is positive, and inferred
+// if it is at most `inferred`. Throws InputError without a file name.
 void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
                   double inferred, Pose3d* pose);
 
-// Collects people in any order of frames.
+// Collects people; frames may be in any order.
 class TrackCollector {
  public:
-  // `mode`: name of the format. The frame rate is the option's, else `file_hz`.
+  // `mode`: name of the format. The frame rate is the one in the options,
+  // otherwise `file_hz`.
   TrackCollector(const std::string& mode, const Skeleton& skeleton,
                  const TrackReadOptions& options, double file_hz = 0.0);
   const TrackHeader& header() const { return header_; }
   size_t joint_count() const { return header_.skeleton.joints().size(); }
-  // Creates the frame if it does not exist, even without people.
+  // Returns the frame; creates it, without people, if it does not exist.
   TrackFrame* Touch(int64_t frame);
-  // Throws InputError without a file if the frame has this person already.
+  // Adds a person. Throws InputError without a file name if the frame has this
+  // person already.
   PersonPose* Add(int64_t frame, TrackId id);
-  // Adds people with at least one joint; creates the frame in any case.
+  // Adds a person with at least one joint; creates the frame in any case.
   void AddIfSeen(int64_t frame, TrackId id, Pose3d joints);
   TrackSequence Finish();
 
@@ -93,8 +97,8 @@ class TrackCollector {
   std::map<int64_t, TrackFrame> frames_;
 };
 
-// Reads what an adapter prints: our own tracks, with the option's skeleton if
-// it has the same number of joints.
+// Reads what an adapter prints: kinegraph's own tracks, with the skeleton in
+// the options if it has the same number of joints.
 TrackSequence ReadTracksByAdapter(const Adapter& adapter,
                                   const std::string& path,
                                   const TrackReadOptions& options);
@@ -110,9 +114,9 @@ struct TrackRow {
   const TrackFrame* frame = nullptr;  // null: the tracks lack this frame
 };
 
-// A row for every frame number from the first to the last. Times of frames that
-// the tracks lack are interpolated linearly. Throws InputError naming the
-// format for more than ten million rows.
+// One row for every frame number from the first to the last. Times of frames
+// that the tracks lack are interpolated linearly. Throws InputError naming the
+// format if there are more than ten million rows.
 std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
                                     const std::string& format);
 
@@ -127,31 +131,30 @@ double RequireFrameRate(const TrackSequence& tracks, const std::string& format);
 
 // Ids of all people in the recording, ascending.
 std::vector<int64_t> IdsOf(const TrackSequence& tracks);
-// The same; throws InputError if there are no people.
+// The same, but throws InputError if there are no people.
 std::vector<int64_t> RequirePeople(const TrackSequence& tracks);
 
-// An id from text, if it is a valid one.
+// The id in a text; nullopt if it is not valid.
 std::optional<TrackId> PersonIdOf(std::string_view text);
 
 // "person_3", the label of a person without a name.
 std::string PersonLabel(int64_t id);
 
-// The name of each person, else "person_3"; people of the same name also get
-// their id, so that all titles differ.
+// The name of each person, or "person_3" without a name. For people of the same
+// name the id is added, so that all titles differ.
 std::vector<std::string> PersonTitles(const std::vector<int64_t>& ids,
                                       const PersonNames& names);
 
-// Formats with one file per person: a folder of person_3.trc,
-// person_4_Anna.trc.
+// A file of a format with one file per person: person_3.trc, person_4_Anna.trc.
 struct PersonFile {
   std::string path;
   TrackId id;
 };
 
-// The file `path` itself, or the files of this extension in a folder. Their ids
-// are the numbers after the last "person_" (ours) or "_P" (Pose2Sim) of their
-// names if all differ, else 0, 1, 2 in the order of the names. Throws
-// InputError for a folder without such files.
+// The file `path` itself, or the files with this extension in a folder. Their
+// ids are the numbers after the last "person_" (kinegraph) or "_P" (Pose2Sim)
+// in their names if all have different numbers, otherwise 0, 1, 2 in the order
+// of the names. Throws InputError for a folder without such files.
 std::vector<PersonFile> ListPersonFiles(const std::string& path,
                                         const std::string& extension);
 
@@ -160,17 +163,17 @@ PersonNames NamesOfPersonFiles(const std::string& path,
                                const std::string& extension);
 
 // Calls `write_file` for each person: with `path` itself if it has the
-// extension, else with files in the folder `path`, which appears when all are
-// complete. In people's names, characters invalid in file names and the
-// underscore, which is a separator, become hyphens. Throws InputError if there
-// are no people, or several for one file.
+// extension, otherwise with files in the folder `path`, which appears when all
+// are complete. In people's names, ASCII characters other than letters and
+// digits become hyphens. Throws InputError if there are no people, or several
+// for one file.
 void WritePersonFiles(
     const std::string& path, const std::string& extension,
     const TrackSequence& tracks, const PersonNames& names,
     const std::function<void(const std::string& file, TrackId id)>& write_file);
 
-// The same for tables with one row per frame: `head(file)`, then the output of
-// `write_row` for each row; `person` is null if absent.
+// The same for tables with one row per frame: writes `head(file)`, then the
+// output of `write_row` for each row; `person` is null if the person is absent.
 void WritePersonTables(
     const std::string& path, const std::string& extension,
     const TrackSequence& tracks, const PersonNames& names,
@@ -181,7 +184,7 @@ void WritePersonTables(
 
 // ---- Losses of a format ----
 
-// Content of a recording besides positions.
+// What tracks contain other than positions.
 struct TrackContents {
   bool has_covariances = false;
   bool has_views = false;     // counts of inlier views
@@ -189,14 +192,14 @@ struct TrackContents {
   bool has_inferred = false;  // joints with that status
   // Some frame's time differs from 0, or the frame rate is known.
   bool has_clock = false;
-  int64_t empty_frames = 0;  // without people
+  int64_t empty_frames = 0;  // number of frames without people
 };
 TrackContents ContentsOf(const TrackSequence& tracks);
 
-// For each joint of the skeleton, whether any person has it in any frame.
+// Whether any person has a joint in any frame, for each joint of the skeleton.
 std::vector<bool> JointsSeen(const TrackSequence& tracks);
 
-// Losses of a format, each noted if the tracks have the content.
+// What a format may lose; noted only if the tracks have such content.
 enum class Loss {
   kCovariances,
   kViews,             // counts of views, and matches
@@ -205,17 +208,17 @@ enum class Loss {
   kInferredObserved,  // inferred joints are read back as observed
   kEmptyFrames,
   kClock,         // times and frame rate
-  kUnknownClock,  // noted if there is none
+  kUnknownClock,  // noted if times and frame rate are unknown
 };
 void NoteLosses(const TrackContents& contents,
                 std::initializer_list<Loss> losses, LostFields* lost_fields);
-// Losses of formats that store only frames, identities and positions.
+// Notes the losses of formats that store only frames, identities and positions.
 void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields);
 // Notes rows for frames that the input lacks.
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
                    const std::string& what, LostFields* lost_fields);
-// Notes that readers of the format renumber all identities if any is at least
-// `first_lost`.
+// If an identity is `first_lost` or above, notes that readers of the format
+// renumber all identities.
 void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
                      LostFields* lost_fields);
 // Notes that the file does not specify the skeleton.

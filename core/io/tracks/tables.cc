@@ -1,4 +1,4 @@
-// Tables: our own, FreeMoCap's and Anipose's.
+// Tables: kinegraph's own, FreeMoCap's and Anipose's.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -25,11 +25,11 @@
 namespace kinegraph {
 namespace {
 
-// ---- Ours ----
+// ---- kinegraph's own ----
 //
-// Our CSV of tracks, one row per joint: columns are identified by their names,
-// and others are ignored. Frames may be in any order, but rows of one person in
-// one frame are contiguous.
+// CSV of tracks, one row per joint. Columns are identified by their names;
+// other columns are ignored. Frames may be in any order, but the rows of one
+// person in one frame must be contiguous.
 
 constexpr std::array<const char*, 15> kColumns = {
     "frame",     "time_s",    "id",        "joint",     "x_m",
@@ -114,8 +114,8 @@ class CsvTrackReader {
     Refuse("has no column '{}'", kColumns[column]);
   }
 
-  // In order of appearance. Skeletons are searched name by name, so excessive
-  // ones are rejected here before that takes long.
+  // Names of the joints in order of appearance. Throws InputError for very many
+  // names, for which the search for a skeleton would take too long.
   std::vector<std::string> JointNames() {
     constexpr size_t kMaxJoints = 10000;
     std::vector<std::string> names;
@@ -146,7 +146,7 @@ class CsvTrackReader {
         const double time_s = Finite(cell(kTime), kTime);
         constexpr double kMaxSeconds = 1e9;
         if (std::abs(time_s) > kMaxSeconds) {
-          throw InputError("time_s: is beyond 1e9 s");
+          throw InputError("time_s: exceeds 1e9 s");
         }
         collector->Touch(frame)->time = FromSeconds(time_s);
       }
@@ -154,7 +154,7 @@ class CsvTrackReader {
     const int index =
         collector->header().skeleton.IndexOf(PlainCell(cell(kJoint)));
     if (index < 0) {
-      Refuse("joint '{}' is not of the skeleton", Printable(cell(kJoint)));
+      Refuse("joint '{}' is not in the skeleton", Printable(cell(kJoint)));
     }
     const auto joint = static_cast<size_t>(index);
     if (seen_[joint]) {
@@ -199,9 +199,9 @@ class CsvTrackReader {
   std::vector<bool> seen_;
 };
 
-// Tidy CSV, one row per joint: frame,time_s,id,joint,x_m,y_m,z_m,status,
-// followed by `views`, the six columns cov_xx_m2 .. cov_zz_m2 and `name` if
-// present. Cells of missing values are empty, and so are times if all are
+// Writes the columns frame,time_s,id,joint,x_m,y_m,z_m,status, followed by
+// `views`, the six columns cov_xx_m2 .. cov_zz_m2 and `name` if the tracks have
+// these. Cells of missing values are empty, and so are times if all are
 // unknown.
 class CsvWriter {
  public:
@@ -349,7 +349,7 @@ TrackSequence ReadArray(const std::string& path,
   return collector.Finish();
 }
 
-// [frames, points, 3]
+// Whether the file is an array of the shape [frames, points, 3].
 bool IsArrayOfPoints(const std::string& beginning) {
   const size_t shape = beginning.find("'shape': (");
   if (beginning.compare(0, kNumpyMagic.size(), kNumpyMagic) != 0 ||
@@ -366,8 +366,8 @@ bool IsArrayOfPoints(const std::string& beginning) {
 // The table that Anipose's `triangulate` writes (pose-3d), one row per frame:
 // NAME_x, NAME_y, NAME_z [mm], NAME_error, NAME_ncams and NAME_score of each
 // joint, then the rotation M_00 .. M_22 and the centre by which Anipose
-// transformed the points (none here), and the frame number. A file is one
-// person.
+// transformed the points (here the identity and zero), and the frame number. A
+// file is one person.
 
 std::string TitleRow(const Skeleton& skeleton) {
   std::string text;
@@ -382,7 +382,7 @@ std::string TitleRow(const Skeleton& skeleton) {
          "center_0,center_1,center_2,fnum\n";
 }
 
-// Readers take empty cells as NaN.
+// Readers treat empty cells as NaN.
 void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
                        JsonOutput* out) {
   if (person == nullptr || !person->joints[joint_idx].present()) {

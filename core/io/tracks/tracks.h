@@ -16,27 +16,27 @@ namespace kinegraph {
 // Meaning of a joint stored as zeros (weight 0) in 4D association's files.
 enum class StoredZeros {
   kMissing,
-  kKeep,  // a position, as 4D association's own evaluation reads it
+  kKeep,  // a position, as in 4D association's own evaluation
 };
 
 struct TrackReadOptions {
-  // Name of a format (format.h); empty: by content.
+  // Name of a format (format.h); empty: recognised by content.
   std::string format;
-  // For formats that do not specify their skeleton, if the number of joints is
-  // ambiguous. With 4da19, "joints19" of a {"poses"} file is read.
+  // For formats that do not specify their skeleton and if the number of joints
+  // is ambiguous. With 4da19, "joints19" of a {"poses"} file is read.
   std::optional<Skeleton> skeleton;
-  // Overrides the file's rate. 0: the file's, if any; 25 for longcw, whose
-  // frame numbers are round(25 timestamp).
+  // Overrides the file's rate. 0: not given; then 25 for longcw, whose frame
+  // numbers are round(25 timestamp).
   double frame_rate_hz = 0.0;
   // Frame of the first entry of 4D association's files: Shelf's test set begins
   // at 300.
   int64_t first_frame = 300;
   StoredZeros stored_zeros = StoredZeros::kMissing;
-  // The world axes that the file's X, Y, Z are, for formats with axes of their
-  // own (TRC); else the format's.
+  // The world axes along the file's X, Y, Z, for formats with axes of their own
+  // (TRC); otherwise the format's.
   std::optional<AxisMap> axes;
-  // Unit of the file's lengths [m], for formats that do not state it (BVH); 0:
-  // the format's usual one.
+  // Unit of the file's lengths [m], for formats that do not specify it (BVH);
+  // 0: the format's usual unit.
   double unit_m = 0.0;
 };
 
@@ -46,16 +46,17 @@ inline constexpr std::pair<const char*, double> kLengthUnits[] = {
 // Length of "m", "cm" or "mm" [m]; throws InputError naming `flag`.
 double ParseLengthUnit(const std::string& text,
                        const std::string& flag = "--unit");
-// Whether the format at the path does not state its unit. Throws as ReadTracks
-// does.
+// Whether the format of the path does not specify its unit. Throws like
+// FormatOfTracks.
 bool LeavesUnitOpen(const std::string& path,
                     const TrackReadOptions& options = {});
 
-// All frames. Throws InputError naming the file. Frames of the file are kept
-// even without people (TUM: all 3200). Positions are kObserved; our own format
-// states the status. Ids are the file's; those of longcw may exceed any integer
-// type and are then replaced by 0, 1, 2 in order of appearance. header.mode is
-// the format's name. Times are the file's, else frame / frame rate, else 0.
+// Reads all frames. Throws InputError naming the file. Frames without people
+// are kept (TUM: all 3200). Positions are kObserved unless the format specifies
+// a status. Ids are those in the file; if longcw's reach 2^31, all are
+// replaced by 0, 1, 2 in order of appearance. header.mode is the format's name
+// unless the file specifies it. Times are those in the file, otherwise frame /
+// frame rate, or 0 if the rate is unknown.
 TrackSequence ReadTracks(const std::string& path,
                          const TrackReadOptions& options = {});
 

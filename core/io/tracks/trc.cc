@@ -1,9 +1,10 @@
-// TRC of OpenSim and Pose2Sim, tab-separated: the second and third line are
-// names and values of the header, the fourth names a marker over each three
+// TRC of OpenSim and Pose2Sim, tab-separated: the second and third line are the
+// names and values of the header, the fourth names a marker over every three
 // columns, the fifth their coordinates; then one row per frame. Empty cells and
-// NaN are markers without position. One file is one person: the number after
-// "person_" (ours) or "_P" (Pose2Sim) in its name. Rows are consecutive frames;
-// the first row's time gives the first frame.
+// NaN mean that a marker has no position. One file is one person, whose id is
+// the number after "person_" (kinegraph) or "_P" (Pose2Sim) in the file name.
+// Rows are consecutive frames; the time of the first row determines the first
+// frame.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +26,7 @@ namespace {
 constexpr std::string_view kTrcMark = "PathFileType";
 constexpr const char* kTrcExtension = ".trc";
 
-// Cells line by line, without blank lines.
+// Splits a text into lines, without blank lines, and these into cells.
 class TrcLines {
  public:
   explicit TrcLines(std::string_view text) : rest_(text) {}
@@ -78,7 +79,7 @@ std::optional<double> NumberOf(std::string_view cell) {
 
 struct TrcHeader {
   double frame_rate_hz = 0.0;
-  double metres = 1.0;  // of a unit
+  double metres = 1.0;  // length of the unit
   int64_t first_frame = 0;
   int64_t frames = 0;
   std::vector<std::string> markers;
@@ -92,7 +93,7 @@ TrcHeader ReadTrcHeader(TrcLines* lines) {
     throw InputError("does not begin with PathFileType");
   }
   if (first[0] != kTrcMark) {
-    throw InputError("expected tabulators between cells, as TRC has them");
+    throw InputError("expected tabs between cells");
   }
   const std::vector<std::string_view> names = lines->Need();
   const std::vector<std::string_view> values = lines->Need();
@@ -143,12 +144,12 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
   }
 }
 
-// The frame of the first row, by its time: programs that trim a recording keep
-// the times, but renumber rows and OrigDataStartFrame from 0 or 1. Rounding of
-// times and rates may cost a quarter of a frame. If the times restart as well,
-// or lie between frames, the header decides: it is 0-based here and in
-// Pose2Sim, whose rows and times count from 1, and 1-based in laboratories'
-// files.
+// The frame of the first row, determined by its time: programs that trim a
+// recording keep the times, but renumber rows and OrigDataStartFrame from 0
+// or 1. A tolerance of a quarter of a frame permits rounded times and rates. If
+// the times restart as well, or lie between frames, the header determines the
+// frame; it is 0-based here and in Pose2Sim, whose rows and times count from 1,
+// and 1-based in laboratories' files.
 int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
   const double by_time = time_s * header.frame_rate_hz;
   const double nearest = std::round(by_time);
@@ -189,15 +190,15 @@ void ReadRows(const TrcHeader& header, TrackId id, const AxisMap& axes,
     collector->AddIfSeen(number, id, std::move(joints));
   }
   if (row != header.frames) {
-    Refuse("found {} rows, NumFrames says {}", row, header.frames);
+    Refuse("found {} rows, but NumFrames is {}", row, header.frames);
   }
 }
 
 // ---- Writing ----
 
-// The layout of Pose2Sim's files, but each row ends with a tab as in OpenSim's:
-// its reader counts the cell after the last tab only if it is not empty, and
-// rejects rows that lack a cell.
+// The layout of Pose2Sim's files, except that each row ends with a tab as in
+// OpenSim's files: OpenSim's reader counts the cell after the last tab only if
+// it is not empty, and rejects rows that lack a cell.
 
 std::string TrcHeaderText(const std::string& file_name,
                           const TrackSequence& tracks, size_t row_count) {
@@ -245,11 +246,11 @@ TrackSequence ReadTrcTracks(const std::string& path,
 }
 
 // TRC for OpenSim and Pose2Sim, one file per person: PATH/person_ID.trc, or
-// PATH/person_ID_NAME.trc for people with names; NAME.trc is the file of the
-// only person in the tracks. All files have a row for every frame of the
-// recording, Frame# from 1 and the time of the tracks; the header's
-// OrigDataStartFrame is the number of the first frame. A marker without
-// position has empty cells. Requires a frame rate.
+// PATH/person_ID_NAME.trc for people with names; if PATH has the extension
+// .trc, it is the file of the only person in the tracks. All files have a row
+// for every frame of the recording, with Frame# from 1 and the time of the
+// tracks; the header's OrigDataStartFrame is the number of the first frame. A
+// marker without position has empty cells. Requires a frame rate.
 void WriteTrcTracks(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options,
                     LostFields* lost_fields) {

@@ -23,9 +23,8 @@ Quaterniond Between(const Quaterniond& a, const Quaterniond& b, double share) {
   return a.slerp(share, b);
 }
 
-// Values of all rows, interpolated between known ones by Between; before the
-// first and after the last known row equal to that row's; `none` if no row is
-// known.
+// Values of all rows: interpolated by Between between known rows, constant
+// before the first and after the last known row, and `none` if no row is known.
 template <typename Value>
 std::vector<Value> Fill(const std::vector<std::optional<Value>>& known,
                         const Value& none) {
@@ -49,16 +48,16 @@ std::vector<Value> Fill(const std::vector<std::optional<Value>>& known,
   return values;
 }
 
-// A direction at rest and as observed.
+// A direction in the rest pose and as observed.
 struct Ray {
   Vector3d at_rest_m;
   Vector3d seen_m;
 };
 
-// Wahba's problem: the proper rotation R that best satisfies R at_rest = seen
-// over the rays. nullopt if all of them are collinear and `prior`, which has a
-// negligible weight otherwise, does not determine the rotation about their
-// line.
+// Solves Wahba's problem: the proper rotation R that best satisfies R at_rest =
+// seen over the rays. `prior` determines the rotation about the line of
+// collinear rays and has negligible weight otherwise. nullopt if the rays are
+// collinear and there is no prior.
 std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
                                const Quaterniond* prior = nullptr) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -67,7 +66,7 @@ std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
     sum += ray.seen_m.normalized() * ray.at_rest_m.transpose();
     weight += ray.at_rest_m.norm();
   }
-  constexpr double kWeak = 1e-6;  // precise to a thousandth of a mrad
+  constexpr double kWeak = 1e-6;  // an error of at most 1e-3 mrad
   if (prior != nullptr) {
     sum += (rays.empty() ? 1.0 : kWeak * weight) * prior->toRotationMatrix();
   }
@@ -153,8 +152,8 @@ class Solver {
     }
   }
 
-  // The nearest descendant that was seen, and its distance in bones; 0 bones if
-  // there is none.
+  // The nearest descendant that was ever seen, and its distance in bones; 0
+  // bones if there is none.
   std::pair<size_t, int> SeenBelow(size_t joint) const {
     std::pair<size_t, int> best = {0, 0};
     for (const size_t c : tree_[joint].children) {
@@ -171,7 +170,7 @@ class Solver {
   }
 
   // Places a joint that was never seen on the line between its parent and the
-  // nearest descendant that was.
+  // nearest descendant that was seen.
   void PutOnLine(size_t joint) {
     const Known& above = positions_[tree_[joint].parent];
     if (tree_[joint].is_pivot) {
@@ -187,7 +186,7 @@ class Solver {
     }
   }
 
-  // From the parent to the joint; nullopt if either is missing.
+  // Vector from the parent to the joint; nullopt if either is missing.
   std::optional<Vector3d> BoneAt(size_t joint, size_t row) const {
     const size_t parent = tree_[joint].parent;
     if (!positions_[joint][row] || !positions_[parent][row]) {
@@ -206,7 +205,7 @@ class Solver {
     if (!lengths_m.empty()) return Median(std::move(lengths_m));
     const Known& above = positions_[tree_[joint].parent];
     for (size_t r = 0; r < row_count_; ++r) {
-      if (positions_[joint][r] && above[r]) return 0.0;  // on its parent
+      if (positions_[joint][r] && above[r]) return 0.0;  // at its parent
     }
     return std::nullopt;
   }
@@ -215,8 +214,8 @@ class Solver {
     lengths_m_.assign(tree_.size(), 0.0);
     std::vector<std::optional<double>> known(tree_.size());
     std::vector<double> all_m;
-    double length_m = 0.0;  // sums over bones that imply the stature: lengths,
-                            // shares
+    // Sums of lengths and shares over the bones that imply the stature.
+    double length_m = 0.0;
     double share = 0.0;
     for (size_t j = 1; j < tree_.size(); ++j) {
       if (tree_[j].is_pivot) continue;
@@ -253,14 +252,14 @@ class Solver {
     return ends;
   }
 
-  // A bone at a joint: one that begins there, or, for a chest, the one to its
+  // A bone at a joint: one that begins there or, for a chest, the bone to its
   // parent.
   struct Spoke {
     size_t bone;       // index of the bone's child joint
     size_t other;      // the joint at its other end
     double length_m;   // negated if the bone leads to the parent
-    Vector3d* rest_m;  // from the joint to the other, at rest
-    bool turns;        // takes part in the joint's rotation
+    Vector3d* rest_m;  // from the joint to `other` in the rest pose
+    bool turns;        // contributes to the joint's rotation
     bool is_back;
   };
   std::vector<Spoke> SpokesOf(size_t joint) {
@@ -279,8 +278,8 @@ class Solver {
     return spokes;
   }
 
-  // The rays to which a joint with several bones is fitted. If it is missing
-  // itself, those between its neighbours.
+  // The rays to which the rotation of a joint with several bones is fitted. If
+  // the joint itself is missing, they begin at the mean of its neighbours.
   std::vector<Ray> RaysAt(size_t joint, const std::vector<Spoke>& spokes,
                           size_t row) const {
     std::vector<Ray> points;
@@ -311,8 +310,8 @@ class Solver {
     return rays;
   }
 
-  // The row with the most bones of a joint and, among these, with lengths
-  // nearest to the medians, which avoids outliers.
+  // The row in which most bones of a joint were seen and, among these rows, the
+  // one with lengths nearest to the medians, to avoid outliers.
   size_t TypicalRow(const std::vector<Spoke>& spokes) const {
     size_t best = 0;
     size_t most = 0;
@@ -335,15 +334,17 @@ class Solver {
     return best;
   }
 
-  // The identity for the root until it is rotated.
+  // The rotation of the joint's parent; for the root the identity until
+  // Turn(0).
   const Quaterniond& Above(size_t joint, size_t row) const {
     return motion_.rows[row].global[tree_[joint].parent];
   }
 
-  // Sets the rest directions of the bones that begin at a joint: for a single
-  // bone by its name, or relative to the parent in a typical row; for several
-  // their mean shape, turned to the directions by name. If neither determines a
-  // direction, the bone extends its parent's.
+  // Sets the rest directions of the bones that begin at a joint. A single bone
+  // gets the direction by its name or, without one, its direction relative to
+  // the parent in a typical row; several bones get their mean shape, rotated to
+  // the directions by name. A bone without any direction extends its parent's
+  // bone.
   void Shape(size_t joint) {
     if (tree_[joint].children.empty()) return;
     const std::vector<Spoke> spokes = SpokesOf(joint);
@@ -368,11 +369,11 @@ class Solver {
     }
   }
 
-  // A rotation that the names leave undetermined is taken relative to the
-  // joint's parent in the typical row.
+  // Where the names do not determine the rotation, it is the one relative to
+  // the joint's parent in the typical row.
   void ShapeSeveral(size_t joint, const std::vector<Spoke>& spokes,
                     size_t typical, const Quaterniond& as_seen) {
-    // By the names, before the shape replaces them.
+    // Directions by name, before the shape replaces them.
     std::vector<Vector3d> named;
     for (const Spoke& spoke : spokes) {
       named.push_back(spoke.is_back ? Vector3d(-motion_.offsets_m[joint])
@@ -397,7 +398,8 @@ class Solver {
     }
   }
 
-  // Alternates between fit and mean.
+  // Mean shape of the bones: alternates between fitting the rotation of each
+  // row and averaging the directions.
   void AverageShape(size_t joint, const std::vector<Spoke>& spokes) {
     constexpr int kRounds = 3;
     // A uniform sample of the recording, except in the last round.
@@ -420,8 +422,7 @@ class Solver {
     }
   }
 
-  // Positions of a joint in all rows, given its parent's; the root's are at the
-  // origin until then.
+  // Sets the positions of a joint in all rows, after its parent's.
   void Place(size_t joint) {
     const size_t p = tree_[joint].parent;
     Known in_parent(row_count_);
@@ -456,7 +457,7 @@ class Solver {
     }
   }
 
-  // Rotations of a joint in all rows.
+  // Sets the rotations of a joint in all rows.
   void Turn(size_t joint) {
     std::vector<std::optional<Quaterniond>> local(row_count_);
     std::vector<std::vector<Ray>> too_few(row_count_);
@@ -495,7 +496,8 @@ class Solver {
   std::vector<Known> positions_;  // [joint][row]
   std::vector<bool> is_ever_seen_;
   std::vector<double> lengths_m_;  // of the bone to each joint
-  // From the chest to its parent at rest, in the chest's shape.
+  // Vector from the chest to its parent in the rest pose, by the chest's mean
+  // shape.
   Vector3d back_m_ = Vector3d::Zero();
   TreeMotion motion_;
 };
@@ -521,7 +523,7 @@ void TreeLosses::See(const JointTree& tree, const TreeMotion& motion,
   filled_ += motion.filled;
   std::vector<std::string> joints;
   for (const size_t j : motion.never_seen) {
-    // means of several joints are not joints of the skeleton
+    // Means of several joints are not joints of the skeleton.
     if (tree[j].sources.size() > 1) continue;
     joints.push_back(tree[j].name);
     by_stature_ = by_stature_ || tree[j].stature_share > 0.0;
@@ -531,9 +533,8 @@ void TreeLosses::See(const JointTree& tree, const TreeMotion& motion,
 
 void TreeLosses::Note(const JointTree& tree, LostFields* lost_fields) const {
   if (filled_ > 0) {
-    lost_fields->push_back(
-        std::to_string(filled_) +
-        " missing joints got a place between their neighbours in time");
+    lost_fields->push_back(std::to_string(filled_) +
+                           " missing joints were interpolated in time");
   }
   constexpr size_t kMostLines = 5;
   constexpr size_t kMostPeopleNamed = 10;
@@ -549,9 +550,9 @@ void TreeLosses::Note(const JointTree& tree, LostFields* lost_fields) const {
         "never seen" +
         (people_.size() == 1 ? "" : " of " + Listed(people, kMostPeopleNamed)) +
         ": " + joints +
-        "; they stand as at rest or on the line to the next joint that is "
+        "; they are in the rest pose or on the line to the next joint that is "
         "seen, with the other side's lengths or " +
-        (by_stature_ ? "those of the stature (Drillis and Contini, 1966)"
+        (by_stature_ ? "lengths by stature (Drillis and Contini, 1966)"
                      : "a fifth of the median bone"));
   }
   std::vector<std::string> points;
@@ -559,8 +560,9 @@ void TreeLosses::Note(const JointTree& tree, LostFields* lost_fields) const {
     if (!joint.is_held && !joint.is_pivot) points.push_back(joint.name);
   }
   if (points.empty()) return;
-  lost_fields->push_back("no bone holds " + Listed(points, kMostJointsNamed) +
-                         ": points that hang on " + tree.front().name);
+  lost_fields->push_back("no bone connects " +
+                         Listed(points, kMostJointsNamed) +
+                         ": written as points below " + tree.front().name);
 }
 
 TreeMotion SolveTreeMotion(const JointTree& tree,

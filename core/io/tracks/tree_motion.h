@@ -1,5 +1,5 @@
-// A skeleton as a tree of bones, and the motion of one person as their
-// rotations, for animation formats. For core/io only.
+// A skeleton as a tree of bones, and the motion of one person as rotations of
+// these bones, for animation formats. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_TREE_MOTION_H_
 #define KINEGRAPH_CORE_IO_TRACKS_TREE_MOTION_H_
 
@@ -23,75 +23,79 @@ struct TreeJoint {
   std::vector<int> sources;      // skeleton joints of which it is the mean
   std::vector<size_t> children;  // indices in the tree
   int mirror = -1;               // index of its counterpart on the other side
-  // Unit vector from the parent in the rest pose: a person who stands upright,
-  // arms stretched out sideways, palms down; x to the person's left, y up, z to
-  // the front. Zero if the name does not determine it, and for a pivot.
+  // Unit vector from the parent in the rest pose (T-pose): upright, arms
+  // extended sideways, palms down; x to the person's left, y up, z to the
+  // front. Zero if the name does not determine it, and for a pivot.
   Eigen::Vector3d rest_direction = Eigen::Vector3d::Zero();
-  // Length of the bone from the parent as a share of the stature (Drillis and
-  // Contini, 1966, as in Winter, "Biomechanics and Motor Control of Human
+  // Length of the bone from the parent as a fraction of the stature (Drillis
+  // and Contini, 1966, as in Winter, "Biomechanics and Motor Control of Human
   // Movement", 4th ed., fig. 4.1); 0 if not listed there.
   double stature_share = 0.0;
-  // Coincides with its parent and turns one of several bones that begin there.
+  // Coincides with its parent and rotates one of several bones that begin
+  // there.
   bool is_pivot = false;
-  // Parent of both shoulders. It turns with the bone to its parent too, but not
-  // with bones of the head.
+  // Parent of both shoulders. The bone to its parent also contributes to its
+  // rotation, but bones of the head do not.
   bool is_chest = false;
   bool is_head = false;
-  // Joined to its parent by a bone or by anatomy; others are children of the
-  // root as mere points.
+  // Connected to its parent by a bone or by anatomy. Other joints are
+  // unconnected points, children of the root.
   bool is_held = true;
 };
 using JointTree = std::vector<TreeJoint>;
 
-// Bones that form a tree are used as they are. A human's bones that do not, or
-// that lack the centre of the hips, are completed by anatomy: the root is
-// mid_hip, the centre of both hips if there is no such joint; neck is likewise
-// the centre of the shoulders; and limbs are attached as in a body. Of other
-// skeletons the root is the joint with the most bones; joints that a path of
-// bones connects to it are attached. `is_seen`: for each joint of the skeleton,
-// whether it occurs; a joint that does not is the root only if there is no
-// alternative.
+// Bones that form a tree are used as they are. The bones of a human skeleton
+// that form no tree, or without a joint mid_hip, are completed by anatomy: the
+// root is mid_hip, or the centre of both hips if there is no such joint;
+// likewise, neck is the centre of the shoulders; limbs are attached as in a
+// body. In other skeletons the root is the joint with the most bones, and
+// joints that a path of bones connects to it are attached. `is_seen`: for each
+// joint of the skeleton, whether it occurs in the recording; a joint that does
+// not is the root only if there is no alternative.
 //
-// With `pivots`, bones that begin at the same joint each get a joint of their
-// own ("neck_to_l_shoulder"), so that rotations alone can give every bone its
-// direction; except the last bones of heads, hands and feet, which are rigid.
+// With `pivots`, each of several bones that begin at the same joint gets a
+// joint of its own ("neck_to_l_shoulder"), so that rotations alone can give
+// every bone its direction. The last bones of heads, hands and feet are rigid
+// and get none.
 JointTree MakeJointTree(const Skeleton& skeleton,
                         const std::vector<bool>& is_seen, bool pivots);
 
 struct TreeMotion {
-  // Of each joint from its parent at rest, without any rotation. Bones that
-  // begin at the same joint have their mean shape in the recording, turned to
+  // Position of each joint relative to its parent in the rest pose. Bones that
+  // begin at the same joint have their mean shape in the recording, rotated to
   // fit the rest pose; a single bone has its rest direction. If names do not
   // determine a rest pose, a frame of the recording is used. Lengths are
-  // medians; bones that were never seen get the length of the other side, else
-  // one by the stature that the others imply, else a fifth of the median bone.
+  // medians. Bones that were never seen get the length of the other side, or
+  // the length by the stature that the other bones imply, or a fifth of the
+  // median bone.
   std::vector<Eigen::Vector3d> offsets_m;
   struct Row {
-    std::vector<Eigen::Quaterniond> global;    // of each joint, from the rest
-                                               // pose
+    std::vector<Eigen::Quaterniond> global;    // rotation from the rest pose
     std::vector<Eigen::Vector3d> positions_m;  // interpolated where missing
     std::vector<bool> is_seen;                 // not missing
   };
   std::vector<Row> rows;
-  size_t filled = 0;  // missing joints in rows where they were interpolated
+  size_t filled = 0;  // number of interpolated joints, over all rows
   std::vector<size_t> never_seen;  // indices in the tree
 
   Eigen::Quaterniond Local(const JointTree& tree, size_t row,
                            size_t joint) const;
-  // Positions by the rotations alone, with bones of fixed lengths. The root is
-  // at its observed position, else where the others fit best.
+  // Positions that follow from the rotations and fixed bone lengths. The root
+  // is at its observed position; if it was not seen, where the other joints fit
+  // best.
   std::vector<Eigen::Vector3d> Rigid(const JointTree& tree, size_t row) const;
 };
 
-// Rotations from the directions of bones. A joint where several bones begin
-// takes the rotation that fits their directions best, weighted by length
-// (Wahba's problem, by SVD); a joint with a single bone takes the smallest
+// Computes rotations from the directions of bones. A joint where several bones
+// begin gets the rotation that fits their directions best, weighted by length
+// (Wahba's problem, by SVD). A joint with a single bone gets the smallest
 // rotation from its parent's orientation to the bone's direction, so that no
-// bone twists relative to its parent; a joint without bones follows its parent.
-// Where too few joints were seen, rotations (along their arc) and positions in
-// the parent's frame are interpolated between known rows, and corrected by the
-// smallest rotation to what was seen. A joint that was never seen stays at
-// rest, or on the line to the next joint that was.
+// bone twists relative to its parent. A joint without bones follows its parent.
+// Where too few joints were seen, rotations (by slerp) and positions in the
+// parent's frame are interpolated between known rows, and corrected by the
+// smallest rotation that fits the joints that were seen. A joint that was never
+// seen stays in its rest pose, or lies on the line to the next joint that was
+// seen.
 //
 // `poses` has one entry per row, null where the person is absent; the first and
 // the last are not null. Positions are in the file's axes.
@@ -104,13 +108,13 @@ class TreeLosses {
  public:
   void See(const JointTree& tree, const TreeMotion& motion,
            const std::string& person);
-  // Notes joints that were interpolated in time, joints never seen, and joints
-  // without a bone.
+  // Notes joints that were interpolated in time, joints that were never seen
+  // and joints without a bone.
   void Note(const JointTree& tree, LostFields* lost_fields) const;
 
  private:
   size_t filled_ = 0;
-  // By the joints that were never seen.
+  // People by the list of their joints that were never seen.
   std::map<std::string, std::vector<std::string>> people_;
   bool by_stature_ = false;
 };

@@ -1,5 +1,6 @@
 // TUM's actorsGT.mat of Campus and Shelf, a MATLAB file that an adapter reads
-// and writes. An actor's id is its index, the frame the index of the entry.
+// and writes. An actor's id is its index, the frame number the index of the
+// entry.
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"
@@ -23,7 +24,7 @@ void WriteTumTracks(const std::string& path, const TrackSequence& tracks,
       tracks.frames.back().frame + 1 !=
           static_cast<int64_t>(tracks.frames.size())) {
     lost_fields->push_back(
-        "frames that the input leaves out, from 0 on, are there without "
+        "frames from 0 on that are missing in the input are written without "
         "people");
   }
   if (tracks.header.skeleton != Tum14()) NoteSkeleton(tracks, lost_fields);

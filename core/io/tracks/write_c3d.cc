@@ -1,7 +1,8 @@
-// C3D, the format of motion capture laboratories, by c3d.org's user guide:
-// Intel (little-endian) floats, 512-byte blocks: a header, the parameters, then
-// x, y, z [mm] and a word of camera mask and residual for each point and frame.
-// C3D's frames are 1-based: frame 0 of the tracks is its frame 1.
+// Writing C3D, the format of motion capture laboratories, according to
+// c3d.org's user guide: Intel (little-endian) floats in 512-byte blocks: a
+// header, the parameters, then x, y, z [mm] and a word of camera mask and
+// residual for each point and frame. C3D counts frames from 1: frame 0 of the
+// tracks is frame 1 of the file.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -31,8 +32,8 @@ class C3dParameters {
     ++group_;
     return Record(name, -group_, "");
   }
-  // Parameters of the last group, stored as words or floats; an empty shape is
-  // a scalar.
+  // Add a parameter to the last group, stored as words or floats. An empty
+  // shape means a scalar.
   C3dParameters& Words(const std::string& name,
                        const std::vector<size_t>& shape,
                        const std::vector<int64_t>& values) {
@@ -49,12 +50,13 @@ class C3dParameters {
   C3dParameters& Float(const std::string& name, double value) {
     return Floats(name, {}, {value});
   }
-  // As wide as the longest text. Beyond 255 texts they continue in NAME2,
-  // NAME3, ..., and a text is cut after 255 bytes.
+  // Adds texts, padded to the longest one. Beyond 255 texts they continue in
+  // NAME2, NAME3, ...; a text is cut after 255 bytes.
   C3dParameters& Texts(const std::string& name,
                        const std::vector<std::string>& texts);
 
-  // In whole blocks. Throws InputError above the 255 that a file can have.
+  // The section in whole blocks. Throws InputError above 255 blocks, the limit
+  // of a file.
   std::string Section() const;
 
  private:
@@ -76,8 +78,8 @@ class C3dParameters {
     for (const size_t side : shape) content += static_cast<char>(side);
     return Record(name, group_, content + data);
   }
-  // Length of the name, number of the group (negative: the group itself), name,
-  // offset to the next record, content and an empty description.
+  // Adds a record: length of the name, number of the group (negative: the group
+  // itself), name, offset to the next record, content and an empty description.
   C3dParameters& Record(const std::string& name, int id,
                         const std::string& content) {
     records_ += static_cast<char>(name.size());
@@ -119,13 +121,13 @@ std::string C3dParameters::Section() const {
   constexpr size_t kMostBlocks = 255;
   std::string section(4, '\0');
   section += records_;
-  // Marks the last record.
+  // An offset of 0 marks the last record.
   section[4 + last_record_] = section[4 + last_record_ + 1] = '\0';
   const size_t blocks = (section.size() + 2 + kC3dBlock - 1) / kC3dBlock;
   if (blocks > kMostBlocks) {
     throw InputError(
-        "the names of all joints of all people are longer than what C3D has "
-        "room for (convert one with --person=N)");
+        "the names of all joints of all people exceed the space in C3D "
+        "(convert one person with --person=N)");
   }
   section.resize(blocks * kC3dBlock, '\0');
   section[0] = 1;
@@ -135,7 +137,7 @@ std::string C3dParameters::Section() const {
   return section;
 }
 
-// RMS distance of the true joint from the estimate [mm]; 0 if unknown.
+// Expected RMS distance of the true joint from the estimate [mm]; 0 if unknown.
 double UncertaintyMm(const PersonPose& person, size_t joint_idx) {
   if (person.covariances.empty() || !person.covariances[joint_idx]) return 0.0;
   const double variance_m2 = person.covariances[joint_idx]->trace();
@@ -192,13 +194,13 @@ class C3dRecording {
     last_ = tracks.frames.back().frame + 1;
     if (point_count() > kMaxWord) {
       Refuse(
-          "{} people of {} joints are too many for C3D, which has {} points "
-          "(convert one with --person=N)",
+          "{} people with {} joints are too many for C3D, which has at most {} "
+          "points (convert one person with --person=N)",
           ids_.size(), joint_count_, kMaxWord);
     }
     constexpr int64_t kMaxFrameNumber = int64_t{1} << 31;
     if (last_ > kMaxFrameNumber) {
-      Refuse("frame {} is beyond what C3D can count", last_ - 1);
+      Refuse("frame {} exceeds the frame numbers of C3D", last_ - 1);
     }
   }
 
@@ -215,14 +217,14 @@ class C3dRecording {
                   static_cast<uint16_t>(data_block), uint16_t{0},
                   static_cast<float>(rate_hz_));
     header.resize(2 * 149, '\0');
-    // Event labels have four characters.
+    // A flag: event labels have four characters.
     AppendNumbers(&header, uint16_t{12345});
     header.resize(kC3dBlock, '\0');
     return header;
   }
 
   std::string Parameters() const {
-    // The parameters contain their own number of blocks: make them twice.
+    // The parameters contain their own number of blocks, so make them twice.
     const size_t blocks = MakeParameters(0).size() / kC3dBlock;
     return MakeParameters(static_cast<int>(blocks) + 2);
   }
@@ -236,7 +238,7 @@ class C3dRecording {
         if (person != nullptr && person->joints[j].present()) {
           point.head<3>() =
               kMillimetresPerMetre * axes_.Apply(person->joints[j].position_m);
-          // Readers, ours included, take exact zeros as a missing point.
+          // Readers, including C3dFile, treat exact zeros as a missing point.
           if (point.head<3>().isZero(0.0)) {
             point.x() = std::numeric_limits<float>::min();
           }
@@ -255,7 +257,7 @@ class C3dRecording {
     return static_cast<int64_t>(ids_.size() * joint_count_);
   }
 
-  // The mask is the high byte, the residual the low one.
+  // The camera mask is the high byte, the residual the low byte.
   double FourthWord(const PersonPose& person, size_t joint_idx) const {
     const double uncertainty_mm = UncertaintyMm(person, joint_idx);
     int residual = 0;
@@ -294,7 +296,7 @@ class C3dRecording {
         labels.push_back(prefix + joint);
       }
     }
-    // "+Z": the direction of a world axis in the file.
+    // The direction of a world axis in the file, such as "+Z".
     const auto axis_of = [this](int of_world) {
       const auto i = static_cast<size_t>(
           std::find(axes_.axis.begin(), axes_.axis.end(), of_world) -
@@ -313,7 +315,7 @@ class C3dRecording {
     parameters->Texts("X_SCREEN", {axis_of(0)}).Texts("Y_SCREEN", {axis_of(2)});
   }
 
-  // Names of identities, and events at their first and last frames.
+  // Adds names of identities, and events at their first and last frames.
   void AddSubjectsAndEvents(C3dParameters* parameters) const {
     constexpr size_t kMostEvents = 254;
     constexpr double kMinute = 60.0;
@@ -390,11 +392,10 @@ void WriteC3dTracks(const std::string& path, const TrackSequence& tracks,
   file.Commit();
   const TrackContents contents = ContentsOf(tracks);
   lost_fields->push_back(
-      "bones, configuration and times of their own are not kept");
+      "bones, configuration and individual times are not kept");
   if (contents.has_covariances) {
     lost_fields->push_back(
-        "of a covariance the residual keeps its size alone: the root of its "
-        "trace");
+        "of covariances only the root of the trace is kept, as the residual");
   }
   NoteLosses(contents, {Loss::kInferredObserved}, lost_fields);
   if (contents.has_views && !contents.has_matches) {
@@ -402,7 +403,8 @@ void WriteC3dTracks(const std::string& path, const TrackSequence& tracks,
         "the camera mask is empty: the tracks have no matches");
   }
   if (tracks.header.view_names.size() > kMaskBits) {
-    lost_fields->push_back("the camera mask has the first seven views alone");
+    lost_fields->push_back(
+        "the camera mask contains only the first seven views");
   }
   NoteAddedRows(tracks, recording.rows().size(), "have points without position",
                 lost_fields);

@@ -1,4 +1,4 @@
-// Writing 3D tracks in our own format.
+// Writing 3D tracks in kinegraph's own format.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_WRITER_H_
 #define KINEGRAPH_CORE_IO_TRACKS_WRITER_H_
 
@@ -15,14 +15,15 @@ struct TrackWriteOptions {
   // header.
   bool observations = false;
   PersonNames names = {};  // for the header
-  // For adapters: the title of each person, in the header, and with each
-  // covariance the probability that the joint lies within this distance [m].
+  // For adapters: the title of each person, written to the header; and with
+  // each covariance, the probability that the joint lies within `within_m` [m]
+  // of its position.
   std::vector<std::string> titles = {};
   double within_m = 0.0;
 };
 
-// JSON Lines, one frame per line; numbers read back bit by bit. The file
-// appears in Commit(); without it, it is discarded.
+// JSON Lines, one frame per line; numbers are read back as the same bits.
+// Commit() makes the file appear; without it, the file is discarded.
 //
 //   TrackWriter writer(path, header);
 //   for (const TrackFrame& frame : frames) writer.Write(frame);
@@ -37,11 +38,11 @@ class TrackWriter {
   TrackWriter(const TrackWriter&) = delete;
   TrackWriter& operator=(const TrackWriter&) = delete;
 
-  // Frames ascend. Throws std::logic_error if they do not, if a number is not
-  // finite or if a person does not match the header.
+  // Frame numbers must ascend. Throws std::logic_error if they do not, if a
+  // number is not finite or if a person does not match the header.
   void Write(const TrackFrame& frame);
-  // Passes on what was written so far to the reader of a pipe. A file
-  // nevertheless appears in Commit() only.
+  // Passes what was written so far to the reader of a pipe. A file appears only
+  // in Commit().
   void Flush();
   void Commit();
 
@@ -50,7 +51,7 @@ class TrackWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-// All frames at once.
+// Writes all frames.
 void WriteTracks(const std::string& path, const TrackSequence& sequence,
                  const TrackWriteOptions& options = {});
 

@@ -107,16 +107,15 @@ TEST(BatchTest, RefusesManifestsWithMistakes) {
     return Refusal("batch", "--manifest=" + folder.Write("m.toml", text) +
                                 " --out=" + (folder.path() / "out").string());
   };
-  EXPECT_THAT(error_of(""), HasSubstr("[[takes]]: there is none"));
+  EXPECT_THAT(error_of(""), HasSubstr("has no [[takes]]"));
   EXPECT_THAT(error_of("takes = 3"), HasSubstr("expected an array"));
   EXPECT_THAT(error_of("colour = 3"), HasSubstr("'colour'"));
   const std::string recording =
       "[[takes]]\nname = \"a\"\ncameras = \"c\"\ndetections = \"d\"\n";
-  EXPECT_THAT(error_of(recording),
-              HasSubstr("[[configurations]]: there is none"));
+  EXPECT_THAT(error_of(recording), HasSubstr("has no [[configurations]]"));
   EXPECT_THAT(error_of(recording + recording), HasSubstr("'a' is given twice"));
   EXPECT_THAT(error_of(recording + "protocol = \"mpjpe\"\n"),
-              HasSubstr("belong together"));
+              HasSubstr("must be given together"));
   EXPECT_THAT(error_of("[[takes]]\nname = \"../a\"\ncameras = \"c\"\n"
                        "detections = \"d\"\n"),
               HasSubstr("cannot be the name of a file"));

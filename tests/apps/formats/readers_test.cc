@@ -131,7 +131,7 @@ TEST_F(FormatReaders, C3dHasPointsResidualsAndCameras) {
     }
   }
   const std::string notes = Convert("take.c3d");
-  EXPECT_THAT(notes, HasSubstr("root of its trace"));
+  EXPECT_THAT(notes, HasSubstr("root of the trace"));
   const Json read = Read("c3d_reader.py", "take.c3d");
   EXPECT_EQ(read["first"], 301) << "C3D counts from 1";
   EXPECT_EQ(read["rate"], 50.0);
@@ -277,7 +277,7 @@ function at(time_s) {
 void FormatReaders::ExpectGltf(const std::string& name) {
   if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
   const std::string notes = Convert(name);
-  EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
+  EXPECT_THAT(notes, HasSubstr("missing joints were interpolated"));
   Browser browser;
   browser.Open(
       PageWith(folder_, "GLTFLoader.js", folder_.path() / name, kGltfScript));
@@ -371,7 +371,7 @@ function at(time_s) {
 TEST_F(FormatReaders, BvhInThreeJs) {
   if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
   const std::string notes = Convert("bvh", "--to=bvh");
-  EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
+  EXPECT_THAT(notes, HasSubstr("missing joints were interpolated"));
   for (const int64_t id : {3, 12}) {
     const std::string file = id == 3 ? "person_3.bvh" : "person_12_Anna.bvh";
     Browser browser;

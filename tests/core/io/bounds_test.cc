@@ -46,8 +46,8 @@ using testing::ProcessorTime;
 using testing::ProjectFile;
 using testing::TemporaryFolder;
 
-// Far longer than a rejection takes, far below the time of reading the declared
-// size.
+// The limit is far above the time of a rejection and far below the time of
+// reading data of the declared size.
 void ExpectQuick(const ProcessorTime& used) { EXPECT_LT(used.Seconds(), 5.0); }
 
 // ---- YAML
@@ -76,7 +76,7 @@ TEST(YamlBounds, ManyCommasDoNotExhaustMemory) {
   ExpectQuick(used);
 }
 
-// A text of a kilobyte that is named a hundred thousand times.
+// A hundred thousand aliases of a text of one kilobyte.
 TEST(YamlBounds, AliasesCountTowardsTheLimit) {
   const TemporaryFolder folder;
   const ProcessorTime used;
@@ -157,7 +157,7 @@ TEST(NpzBounds, CamerasWithoutFramesAreRefused) {
   ExpectQuick(used);
 }
 
-// An archive in which all names refer to one entry.
+// An archive in which all names refer to the same file.
 std::string Archive(const std::vector<std::string>& names,
                     const std::string& file) {
   std::string archive = "PK\x03\x04";
@@ -191,7 +191,7 @@ TEST(NpzBounds, TextsWithoutBytesAreRefused) {
   ExpectQuick(used);
 }
 
-TEST(NpzBounds, ArraysThatShareTheirBytesAreRefused) {
+TEST(NpzBounds, ArraysWithSharedBytesAreRefused) {
   const TemporaryFolder folder;
   const std::string file = NpyOf("<f8", "(2,)", std::string(16, '\0'));
   const std::string path =
@@ -241,7 +241,7 @@ std::string Packed(const std::string& element) {
   return bytes + packed;
 }
 
-TEST(MatBounds, DimensionsMustHaveTheirEntries) {
+TEST(MatBounds, DimensionsMustMatchTheData) {
   constexpr uint32_t kCell = 1;
   constexpr uint32_t kStruct = 2;
   constexpr uint32_t kDouble = 6;
@@ -259,8 +259,8 @@ TEST(MatBounds, DimensionsMustHaveTheirEntries) {
   ExpectQuick(used);
 }
 
-// Tags without data, and tags of the imaginary parts.
-TEST(MatBounds, TagsMustHaveTheirData) {
+// Tags without data, and tags for imaginary parts.
+TEST(MatBounds, TagsMustBeFollowedByData) {
   constexpr uint32_t kChar = 4;
   constexpr uint32_t kComplexDouble = 0x800 | 6;
   std::string parts;
@@ -360,7 +360,7 @@ TEST(IdBounds, RenumberingIsReported) {
       const LostFields lost_fields = WriteAs(format, path, OnePerson(id, "a"));
       const auto said = std::count_if(
           lost_fields.begin(), lost_fields.end(), [](const std::string& loss) {
-            return loss.find("numbered anew") != std::string::npos;
+            return loss.find("number people anew") != std::string::npos;
           });
       EXPECT_EQ(said, id == first_lost ? 1 : 0) << format << id;
       EXPECT_EQ(FirstIdIn(path, format), id == first_lost ? 0 : id);
@@ -424,7 +424,7 @@ TEST(OutputFolderTest, IsRemovedIfEmpty) {
   EXPECT_THAT(InputErrorOf([&] { OutputFolder file(path + "/file"); }),
               HasSubstr("is a file"));
   EXPECT_THAT(InputErrorOf([&] { OutputFolder file(path + "/file/c"); }),
-              HasSubstr("cannot be made"));
+              HasSubstr("cannot be created"));
 }
 
 }  // namespace

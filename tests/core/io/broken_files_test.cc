@@ -174,7 +174,7 @@ TEST(BrokenFiles, UnbrokenSamplesAreRead) {
 struct Case {
   std::string content;
   std::string expected;         // part of the message
-  std::string file = "f.json";  // its name
+  std::string file = "f.json";  // name of the file
 };
 
 void Check(Reader read, const Files& files, const std::string& open,
@@ -189,7 +189,7 @@ void Check(Reader read, const Files& files, const std::string& open,
 }
 
 TEST(BrokenFiles, OpenPose) {
-  // The second file of a view whose first is good.
+  // The broken file is the second of a view; the first is valid.
   for (const Case& broken : std::vector<Case>{
            {OpenPose(54), "found 54 numbers"},
            {OpenPose(74), "found 74 numbers"},
@@ -234,7 +234,7 @@ TEST(BrokenFiles, DetectionFolders) {
          {"t/cam0/b_01_keypoints.json", OpenPose(75)}},
         "t", "frame 1: appears twice");
   Check(kDetections, {{"a_1_keypoints.json", OpenPose(75)}},
-        "a_1_keypoints.json", "one OpenPose frame");
+        "a_1_keypoints.json", "single OpenPose frame");
   Check(kDetections, {{"t/ours.json", Detections()}}, "t", "whole recording");
   Check(kDetections, {{"t/cam0/a_1_keypoints.json", OpenPose(81)}}, "t",
         "detections.skeleton");
@@ -250,7 +250,7 @@ TEST(BrokenFiles, Detections) {
   for (const Case& broken : std::vector<Case>{
            {Replaced(Coco(), "image_id", "image"), "image_id: is missing"},
            {"[" + CocoEntry("\"front.jpg\"") + "]",
-            "entry 0: 'front.jpg' holds no frame number"},
+            "entry 0: 'front.jpg' contains no frame number"},
            {"[" + CocoEntry() + "," + CocoEntry("-1") + "]",
             "entry 1: image_id: found -1"},
            {"[" + CocoEntry("1.5") + "]", "expected an integer"},
@@ -272,7 +272,7 @@ TEST(BrokenFiles, Detections) {
            {"{\"x\": 1}", "no known"},
            {"hello", "no known"},
            {"", "no known"},
-           {Tracks(), "file of tracks"},
+           {Tracks(), "contains tracks"},
            {"{\"kinegraph_detections\": 1", "line 1"},
            {header("detections\": 1", "detections\": 2"),
             "line 1: kinegraph_detections: found 2, expected 1 .. 1"},
@@ -334,12 +334,12 @@ TEST(BrokenFiles, Tracks) {
     return Replaced(FourDAssociation(), what, with);
   };
   Check(kTracks, {}, "nowhere", "No such file");
-  Check(kTracks, {{"x/y", ""}}, "x", "is no known format of tracks");
+  Check(kTracks, {{"x/y", ""}}, "x", "is in no known format of tracks");
   for (const Case& broken : std::vector<Case>{
            {"", "no known format"},
            {"{\"x\": 1}", "no known format"},
            {"hello", "no known format"},
-           {Detections(), "file of detections"},
+           {Detections(), "contains detections"},
            {header("kinegraph\": 1", "kinegraph\": 3"), "line 1: kinegraph"},
            {header("\"m\"", "\"cm\""), "units"},
            {header("\"time\"", "\"tick\""), "time: is missing"},
@@ -419,7 +419,7 @@ TEST(BrokenFiles, Tracks) {
                 Panoptic(), "[{",
                 "[{\"id\": 4, \"joints19\": [" + Repeat("0", 76) + "]}, {"),
             "person 4 appears twice", "body_1.json"},
-           {"MATLAB rules", "is no known format of tracks"},
+           {"MATLAB rules", "is in no known format of tracks"},
            {"MATLAB 5.0" + std::string(116, ' ') + "IM", "is truncated"},
            {"MATLAB 5.0" + std::string(116, ' ') + "MI",
             "is truncated or damaged"},

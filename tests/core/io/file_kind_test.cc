@@ -35,7 +35,7 @@ TEST(FileKind, RefusesUnknownFiles) {
       HasSubstr("is not a calibration"));
 }
 
-// In any encoding: XML in UTF-8 and UTF-16, a pickle, plain numbers.
+// Formats of any encoding: XML in UTF-8 and UTF-16, a pickle, plain numbers.
 TEST(FileKind, LaboratoryCalibrations) {
   const TemporaryFolder folder;
   const std::string wide = std::string("\xff\xfe<\0a\0/\0>\0", 10);
@@ -49,7 +49,7 @@ TEST(FileKind, LaboratoryCalibrations) {
   }
 }
 
-// Its camera folders are not mistaken for views of detections.
+// The folders of a session's cameras are not mistaken for views of detections.
 TEST(FileKind, OpenCapSession) {
   const TemporaryFolder folder;
   folder.Write("session/Videos/Cam0/cameraIntrinsicsExtrinsics.pickle", "");

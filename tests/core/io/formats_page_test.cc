@@ -1,5 +1,5 @@
-// The examples of docs/formats.md, read with the readers of these files. Files
-// that `track` and `doctor` write for scripts are compared in tests/apps/docs.
+// Reads the examples of docs/formats.md. Files that `track` and `doctor` write
+// for scripts are compared in tests/apps/docs.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -37,7 +37,8 @@ TEST_F(FormatsPage, Cameras) {
   EXPECT_EQ(cameras[0].width_px(), 1920);
   ASSERT_NE(cameras[0].lens(), nullptr);
   EXPECT_EQ(cameras[0].lens()->model(), "opencv5");
-  // In front of the camera by 4 m, 0.3 m to the right and 1.5 m below.
+  // The point (0.3, 0, 0) is 4 m in front of the camera, 0.3 m to its right and
+  // 1.5 m below it.
   EXPECT_LT((cameras[0].R() * Vector3d(0.3, 0.0, 0.0) + cameras[0].t() -
              Vector3d(0.3, 1.5, 4.0))
                 .norm(),

@@ -1,4 +1,4 @@
-// Inputs that must be rejected, and the message of the resulting InputError.
+// Checks for inputs that must be rejected with an InputError.
 #ifndef KINEGRAPH_TESTS_CORE_IO_INPUT_ERROR_H_
 #define KINEGRAPH_TESTS_CORE_IO_INPUT_ERROR_H_
 
@@ -14,8 +14,8 @@
 
 namespace kinegraph::testing {
 
-// Fails the test when nothing or something else is thrown, or the message is
-// not one line.
+// The message of the InputError that `call` throws. Fails the test if nothing
+// or something else is thrown, or if the message is not one line.
 template <typename Call>
 std::string InputErrorOf(const Call& call) {
   try {
@@ -33,7 +33,7 @@ std::string InputErrorOf(const Call& call) {
   return {};
 }
 
-// `call` is rejected with a message that contains this.
+// Expects `call` to throw an InputError whose message contains `said`.
 template <typename Call>
 void ExpectInputError(const Call& call, const std::string& said) {
   const std::string message = InputErrorOf(call);
@@ -41,8 +41,8 @@ void ExpectInputError(const Call& call, const std::string& said) {
       << message << "\nexpected: " << said;
 }
 
-// The message with which `read` rejects a file of this name and content; it
-// begins with the file.
+// The message with which `read` rejects a file of this name and content.
+// Expects it to begin with the path of the file.
 template <typename Read>
 std::string FaultIn(const std::string& name, const std::string& text,
                     const Read& read) {
@@ -53,7 +53,7 @@ std::string FaultIn(const std::string& name, const std::string& text,
   return message;
 }
 
-// Each of these texts is rejected with a message that contains the second text.
+// Pairs of a file's text and of a text that the resulting message must contain.
 using Faults = std::vector<std::pair<std::string, std::string>>;
 template <typename Read>
 void ExpectFaultsIn(const std::string& name, const Faults& faults,

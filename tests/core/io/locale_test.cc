@@ -36,7 +36,7 @@ class Commas : public std::numpunct<char> {
   std::string do_grouping() const override { return "\3"; }
 };
 
-// The locale of streams, and that of C where the system has a German one.
+// Sets the locale of streams, and the C locale if the system has a German one.
 class InCommas {
  public:
   InCommas()
@@ -74,7 +74,7 @@ LocaleSample MakeSample() {
   return sample;
 }
 
-// Every file of a result by its name in it.
+// Name and content of every file of a result.
 using Written = std::vector<std::pair<std::string, std::string>>;
 Written FilesOf(const fs::path& path) {
   Written files;
@@ -88,9 +88,10 @@ Written FilesOf(const fs::path& path) {
   return files;
 }
 
-// Writes a path in either locale: the files are equal, and so are the
-// recordings read from them, compared in our own format. Returns whether a
-// reader accepted them: some formats have other skeletons, or lack image sizes.
+// Writes a result in both locales and expects equal files, and equal recordings
+// read from them, which are compared in kinegraph's own format. Returns whether
+// a reader accepted them: some formats have other skeletons, or lack image
+// sizes.
 template <typename Write, typename Rewrite>
 bool ExpectSameInCommas(const Write& write, const Rewrite& rewrite) {
   const TemporaryFolder folder;
@@ -132,7 +133,7 @@ TEST(Locale, TrackFilesDoNotDependOnTheLocale) {
           WriteTracks(own, ReadTracks(path, options));
         });
   }
-  EXPECT_GE(read, 6);  // most formats read back
+  EXPECT_GE(read, 6);  // most formats can be read back
 }
 
 TEST(Locale, CameraAndDetectionFilesDoNotDependOnTheLocale) {

@@ -37,12 +37,12 @@ class AdapterTest : public ::testing::Test {
   const std::string path_ = folder_.Write("a.xyz", "content");
 };
 
-TEST_F(AdapterTest, PrintsAFile) {
+TEST_F(AdapterTest, ReturnsTheOutput) {
   EXPECT_EQ(OutputOf(Shell("cat \"$1\"; echo .; echo note >&2"), path_),
             "content.\n");
 }
 
-TEST_F(AdapterTest, ATimeoutEndsIt) {
+TEST_F(AdapterTest, TimeoutEndsTheProgram) {
   AdapterRun run(Shell("sleep 600"), path_, {}, /*silence_ms=*/100);
   const Descriptor output(run.TakeOutput());
   EXPECT_FALSE(HasInput(output.get(), run.silence_ms()));
@@ -50,7 +50,7 @@ TEST_F(AdapterTest, ATimeoutEndsIt) {
   // minutes.
 }
 
-TEST_F(AdapterTest, AHangingAdapterGivesTheReadersError) {
+TEST_F(AdapterTest, HangingAdapterGivesReaderError) {
   const Adapter hangs = Shell("echo begun; sleep 600");
   AdapterRun run(hangs, path_, {}, /*silence_ms=*/100);
   const std::string said = InputErrorOf(
@@ -58,7 +58,7 @@ TEST_F(AdapterTest, AHangingAdapterGivesTheReadersError) {
   EXPECT_EQ(said, "nothing came") << "the program did not fail by itself";
 }
 
-TEST_F(AdapterTest, ItsOwnErrorPrecedesTheReaders) {
+TEST_F(AdapterTest, AdapterErrorPrecedesReaderError) {
   AdapterRun run(Shell("echo a >&2; echo 'no good' >&2; exit 2"), path_);
   const Descriptor output(run.TakeOutput());
   EXPECT_EQ(InputErrorOf([&] {
@@ -68,11 +68,11 @@ TEST_F(AdapterTest, ItsOwnErrorPrecedesTheReaders) {
   EXPECT_EQ(InputErrorOf([&] { run.Finish(); }), path_ + ": no good");
 }
 
-TEST_F(AdapterTest, AMissingProgramIsNamedWithItsInstallCommand) {
+TEST_F(AdapterTest, MissingProgramIsNamedWithInstallCommand) {
   Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it", ""};
   none.hint = "apt-get install it";
   EXPECT_THAT(InputErrorOf([&] { OutputOf(none, path_); }),
-              HasSubstr("a.xyz: needs it, which cannot be started (No such "
+              HasSubstr("a.xyz: requires it, which cannot be started (No "
                         "file or directory): apt-get install it"));
 }
 
@@ -91,7 +91,8 @@ TEST_F(AdapterTest, TheGivenAdapterIsTriedFirst) {
   fs::permissions(program, fs::perms::owner_all);
   SetAdapter(program);
   EXPECT_FALSE(GivenAdapterOf(path_).has_value());
-  // By content it would be an invalid file in our own format.
+  // Recognised by content, it would be an invalid file in kinegraph's own
+  // format.
   const std::string ours =
       folder_.Write("b.jsonl", "{\"kinegraph_detections\": 1}\n");
   const DetectionSequence recording = ReadDetections(ours);
@@ -106,7 +107,7 @@ TEST_F(AdapterTest, TheGivenAdapterIsTriedFirst) {
 
 // SIGPIPE's default action, which a program around the library may have left,
 // would end this test.
-TEST_F(AdapterTest, AWriterThatEndsEarlyIsAnError) {
+TEST_F(AdapterTest, WriterThatEndsEarlyIsAnError) {
   ASSERT_NE(std::signal(SIGPIPE, SIG_DFL), SIG_ERR);
   SetOwnAdapters({"/bin/sh", "-c", "echo 'no numpy' >&2; exit 1"});
   const std::string fault = InputErrorOf([&] {

@@ -1,4 +1,4 @@
-// Calibrations from texts, and comparisons of cameras.
+// Reads calibrations from texts, and compares cameras.
 #ifndef KINEGRAPH_TESTS_CORE_IO_CALIBRATION_CALIBRATION_FILES_H_
 #define KINEGRAPH_TESTS_CORE_IO_CALIBRATION_CALIBRATION_FILES_H_
 
@@ -28,7 +28,8 @@ inline std::string FaultOf(const std::string& name, const std::string& text,
                  [&](const std::string& path) { ReadCameras(path, options); });
 }
 
-// Each text is rejected with a message that contains this.
+// Expects each text to be rejected with a message that contains the text given
+// with it.
 inline void ExpectFaults(const std::string& name, const Faults& faults) {
   ExpectFaultsIn(name, faults,
                  [](const std::string& path) { ReadCameras(path); });
@@ -65,7 +66,7 @@ inline void ExpectIntrinsics(const Camera& camera, const std::string& name,
             K);
 }
 
-// `tolerance` is relative to the largest number of K, R and t alike.
+// `tolerance` is relative to the largest element of K and R, and to 1 + |t|.
 inline void ExpectSameCameras(const CameraRig& a, const CameraRig& b,
                               double tolerance) {
   ASSERT_EQ(a.size(), b.size());

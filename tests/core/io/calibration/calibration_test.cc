@@ -35,8 +35,7 @@ const Camera& Named(const CameraRig& cameras, const std::string& name) {
   return *at;
 }
 
-// Largest pixel distance of two cameras over points of a box that both see in
-// front of them.
+// Largest distance [px] between the images of points of a box in two cameras.
 double LargestDistancePx(const Camera& a, const Camera& b,
                          const Eigen::Vector3d& low,
                          const Eigen::Vector3d& high) {
@@ -89,16 +88,16 @@ TEST(Calibration, ShelfFormatsAgree) {
   ASSERT_EQ(voxelpose.size(), 5u);
   EXPECT_THAT(NamesOf(tum), ElementsAre("P0", "P1", "P2", "P3", "P4"));
   for (size_t c = 0; c < 5; ++c) {
-    // Rotations of six decimals: 5e-7 in each entry, over 1000 px of focal
-    // length and at most three terms, stays below 0.01 px.
+    // Rotations have six decimals: an error of 5e-7 in each entry, with 1000 px
+    // of focal length and at most three terms, stays below 0.01 px.
     EXPECT_LT(LargestDistancePx(krt[c], Named(voxelpose, krt[c].name()),
                                 kShelfLow, kShelfHigh),
               0.01);
     EXPECT_LT(
         (krt[c].centre() - Named(voxelpose, krt[c].name()).centre()).norm(),
         1e-5);
-    // Entries of five digits are off by at most 5e-5 of themselves (the data's
-    // README measured 2.4e-5 before scaling to K(2,2) = 1).
+    // Entries have five digits: a relative error of at most 5e-5 (2.4e-5 before
+    // scaling to K(2,2) = 1, according to the data's README).
     const double scale = krt[c].P().cwiseAbs().maxCoeff();
     EXPECT_LT((tum[c].P() - krt[c].P()).cwiseAbs().maxCoeff() / scale, 5e-5);
     EXPECT_LT((tum[c].R() - krt[c].R()).cwiseAbs().maxCoeff(), 2e-3);
@@ -170,7 +169,7 @@ TEST(Calibration, ReadsPanoptic) {
   EXPECT_DOUBLE_EQ(cameras[0].t().z(), 288.2857244 / 100.0);
 }
 
-TEST(Calibration, UsePicksCamerasInItsOrder) {
+TEST(Calibration, UseSelectsCamerasInGivenOrder) {
   KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
   CameraReadOptions options;
   options.use = {"00_16", "00_00", "00_03"};
@@ -181,7 +180,7 @@ TEST(Calibration, UsePicksCamerasInItsOrder) {
                    "has no camera '00_99'");
 }
 
-// A quarter turn about the optical axis, as a vector and as a matrix.
+// A rotation by 90 degrees about the optical axis, as a matrix and as a vector.
 constexpr const char* kCaliscopeArray =
     "[cameras.0]\ncam_id = 0\nrotation_count = 0\nerror = 0.4\n"
     "exposure = -8\ngrid_count = 39\nignore = false\nsize = [1280, 720]\n"
@@ -264,9 +263,9 @@ TEST(Calibration, ReadsFreeMoCapInMillimetres) {
             Eigen::Vector3d(1.0, -2.0, 7.0));
 }
 
-// ---- Samples of our own making ----
+// ---- Handwritten samples ----
 
-// With Windows line ends.
+// The text with Windows line ends.
 std::string Crlf(const std::string& text) {
   std::string lines;
   for (const char one : text) lines += one == '\n' ? "\r\n" : std::string{one};
@@ -296,7 +295,7 @@ void ExpectEasymocapSample(const CameraRig& cameras) {
   const Camera& first = cameras[0];
   ExpectIntrinsics(first, "01", {1920, 1080}, {1000.0, 1010.0, 960.0, 540.0});
   EXPECT_THAT(LensOf(first), ElementsAre(-0.1, 0.02, 0.001, -0.002, 0.003));
-  // A quarter turn about z, written with six decimals.
+  // A rotation by 90 degrees about z, written with six decimals.
   EXPECT_NEAR(first.R()(1, 0), 1.0, 1e-6);
   EXPECT_EQ(first.t(), Eigen::Vector3d(0.5, -0.25, 4.0));
   EXPECT_EQ(cameras[1].lens(), nullptr);
@@ -322,7 +321,7 @@ TEST(Calibration, EasymocapRotationsMustAgree) {
   ExpectInputError([&] { ReadCameras(folder.path()); }, "Rot_01");
 }
 
-TEST(Calibration, OpencvFilesNameTheirCameras) {
+TEST(Calibration, OpencvCamerasAreNamedByFiles) {
   const TemporaryFolder folder;
   const std::string text =
       "camera_matrix: [[600, 0, 320], [0, 601, 240], [0, 0, 1]]\n"
@@ -358,7 +357,8 @@ TEST(Calibration, ProjectionMatricesOfAnySignAndScale) {
       text += number;
     }
     const Camera camera = CamerasOf("P.txt", text).front();
-    // 1e-13 relative is a few hundred roundings of a 3 x 3 decomposition.
+    // A relative error of 1e-13 is a few hundred roundings in the decomposition
+    // of a 3 x 3 matrix.
     EXPECT_LT((camera.K() - p.K).cwiseAbs().maxCoeff(), 1e-10);
     EXPECT_LT((camera.R() - p.R).cwiseAbs().maxCoeff(), 1e-12);
     EXPECT_LT((camera.t() - p.t).cwiseAbs().maxCoeff(), 1e-12);
@@ -394,7 +394,7 @@ TEST(Calibration, UnitAndSizeOptions) {
   EXPECT_EQ(ReadCameras(path, options)[0].width_px(), 8);
   options.image_size = {8, 7};
   ExpectInputError([&] { ReadCameras(path, options); },
-                   "8 x 6 px, cameras.image_size 8 x 7");
+                   "8 x 6 px, but cameras.image_size is 8 x 7");
   for (const std::vector<double>& size : std::vector<std::vector<double>>{
            {8}, {8, 6, 3}, {8.5, 6}, {0, 6}, {1e300, 6}}) {
     options.image_size = size;
@@ -402,7 +402,7 @@ TEST(Calibration, UnitAndSizeOptions) {
   }
 }
 
-TEST(Calibration, LongModelsWithoutFurtherTermsAreFiveCoefficients) {
+TEST(Calibration, LongModelsWithZeroTermsHaveFiveCoefficients) {
   const std::string text = WithReplaced(
       kSmallKrt, "}}", R"(, "distCoeff": [0.1, 0, 0, 0, 0, 0, 0, 0]}})");
   const CameraRig cameras = CamerasOf("c.json", text);

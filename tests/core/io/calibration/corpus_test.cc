@@ -1,6 +1,6 @@
-// One small valid file of each format, and variants: a broken one must result
-// in a one-line InputError that names file and problem; the lens is read under
-// any of its names; and unknown keys are rejected.
+// One small valid file of each format, and variants: broken files must result
+// in a one-line InputError that names file and problem, the lens is read under
+// any of its names, and unknown keys are rejected.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -451,7 +451,7 @@ class CalibrationKeys : public ::testing::TestWithParam<Sample> {
   }
 };
 
-TEST_P(CalibrationKeys, LensTermsAreReadUnderAllTheirKeys) {
+TEST_P(CalibrationKeys, LensTermsAreReadUnderAllKeys) {
   EXPECT_EQ(Read("").lens(), nullptr);
   const std::vector<double> terms = {-0.2, 0.05, 0.001, -0.002, 0.01};
   for (const char* key :
@@ -465,10 +465,11 @@ TEST_P(CalibrationKeys, LensTermsAreReadUnderAllTheirKeys) {
              terms);
 }
 
-TEST_P(CalibrationKeys, TwoStatedLensesMustAgree) {
+TEST_P(CalibrationKeys, TwoLensesMustAgree) {
   const std::string first = Key("distCoeffs", "[-0.2, 0.05, 0, 0]");
   EXPECT_NO_THROW(Read(first + Key("dist", "[-0.2, 0.05, 0, 0, 0]")));
-  ExpectRefusal(first + Key("dist", "[0.2, 0, 0, 0]"), "states its lens twice");
+  ExpectRefusal(first + Key("dist", "[0.2, 0, 0, 0]"),
+                "specifies its lens twice");
 }
 
 TEST_P(CalibrationKeys, UnsupportedLensModelsAreRefused) {
@@ -479,7 +480,7 @@ TEST_P(CalibrationKeys, UnsupportedLensModelsAreRefused) {
   ExpectRefusal(Key("omnidirectional", "1"), "omnidirectional");
 }
 
-TEST_P(CalibrationKeys, FisheyeLensIsReadUnderAllItsKeys) {
+TEST_P(CalibrationKeys, FisheyeLensIsReadUnderAllKeys) {
   const std::string list = Key("dist", "[0.1, -0.02, 0.003, 0.001]");
   const std::string terms = Key("k1", "0.1") + Key("k2", "-0.02") +
                             Key("k3", "0.003") + Key("k4", "0.001");
@@ -497,7 +498,7 @@ TEST_P(CalibrationKeys, ErrorNamesAnUnknownKey) {
        {"distorsion", "R_rect", "orientation", "camera_pose", "extrinsics",
         "skew", "xi", "thin_prism"}) {
     ExpectRefusal(Key(key, "[0.1, 0.2, 0.3]"), "'" + key);
-    ExpectRefusal(Key(key, "[0.1, 0.2, 0.3]"), "could carry lens or pose");
+    ExpectRefusal(Key(key, "[0.1, 0.2, 0.3]"), "may describe lens or pose");
   }
 }
 
@@ -538,7 +539,7 @@ TEST(CalibrationPose, TwoSpellingsMustAgree) {
   options.format = "opencv";
   EXPECT_NO_THROW(CamerasOf("a.yml", text + "T: [1, 2, 3]\n", options));
   EXPECT_THAT(FaultOf("a.yml", text + "T: [1, 2, 4]\n", options),
-              HasSubstr("does not say the same as tvec"));
+              HasSubstr("contradicts tvec"));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// Calibrations of laboratories' systems and of other programs. Original samples
-// are read if available; all others follow the makers' documentation.
+// Calibrations of motion capture systems and of other programs. Original
+// samples are read if available; all other files follow the makers'
+// documentation.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,8 +34,8 @@ using testing::WithReplaced;
 
 // ---- Qualisys ----
 
-// Looks along the world's x, with the top of the image towards z: the file's
-// rows are right (-y), up (z) and backwards (-x).
+// The camera looks along the world's x, with the top of the image towards z:
+// the rows in the file are right (-y), up (z) and backwards (-x).
 constexpr const char* kQca =
     R"(<?xml version="1.0" encoding="us-ascii"?>
 <calibration calibrated="true" source="x.qca" qtm-version="2022.2" type="regular">
@@ -53,7 +54,7 @@ constexpr const char* kQca =
 </calibration>
 )";
 
-TEST(QualisysCalibration, ValuesByHand) {
+TEST(QualisysCalibration, MatchesHandComputedValues) {
   const CameraRig cameras = CamerasOf("lab.qca.txt", kQca);
   ASSERT_EQ(cameras.size(), 1u)
       << "skips marker cameras, inactive and uncalibrated ones";
@@ -88,7 +89,7 @@ TEST(QualisysCalibration, ASmallerVideoIsScaled) {
   ExpectInputError([&] { ReadCameras(path, options); }, "960 x 768");
 }
 
-TEST(QualisysCalibration, MarkerCamerasAreReadIfThereAreNoOthers) {
+TEST(QualisysCalibration, MarkerCamerasAreReadWithoutVideoCameras) {
   std::string text = WithReplaced(kQca, "Miqus Video", "Oqus 700+");
   text = WithReplaced(text, "<camera active=\"1\" serial=\"18089\"",
                       "<camera active=\"0\" serial=\"18089\"");
@@ -103,7 +104,7 @@ TEST(QualisysCalibration, ErrorsNameTheFault) {
            "line 9: <intrinsic> has no attribute focalLengthU"},
           {WithReplaced(kQca, "r13=\"0\"", "r13=\"zero\""),
            "r13: found 'zero'"},
-          {WithReplaced(kQca, "</cameras>", "</camera>"), "is no XML"},
+          {WithReplaced(kQca, "</cameras>", "</camera>"), "is not XML"},
           {WithReplaced(kQca, "sensorMaxU=\"122879\"", "sensorMaxU=\"1919\""),
            "sensorMaxU"},
           {WithReplaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
@@ -139,7 +140,7 @@ Apart Compare(const CameraRig& a, const CameraRig& b) {
   return apart;
 }
 
-// Pose2Sim converted one file into the other.
+// Pose2Sim converted the calibration of QTM into these TOML files.
 TEST(QualisysCalibration, EqualsTheTomlConvertedByPose2Sim) {
   KINEGRAPH_DATA_OR_SKIP(folder, "takes/pose2sim_static");
   const CameraRig qca = ReadCameras(folder + "/Calib.qca.txt");
@@ -161,7 +162,8 @@ TEST(QualisysCalibration, TheExportForTheiaIsRead) {
   ASSERT_EQ(cameras.size(), 8u) << "video cameras, of 20";
   for (const Camera& camera : cameras) {
     EXPECT_EQ(camera.width_px(), 960);
-    // The first capture is of a person about the origin, 1 m up.
+    // The first recording shows a person near the origin; the point is at the
+    // height of the trunk.
     const auto px = camera.Project({0.0, 0.0, 1.0});
     ASSERT_TRUE(px.has_value()) << camera.name();
     EXPECT_GT(px->minCoeff(), -200.0) << camera.name();
@@ -172,7 +174,7 @@ TEST(QualisysCalibration, TheExportForTheiaIsRead) {
 
 // ---- Vicon ----
 
-// Turned by 90 degrees about x: x_cam = X, y_cam = -Z, z_cam = Y.
+// Rotated by 90 degrees about x: x_cam = X, y_cam = -Z, z_cam = Y.
 constexpr const char* kXcp =
     R"(<?xml version="1.0" encoding="UTF-8" standalone="no" ?>
 <Cameras NAME="" VERSION="1.0">
@@ -189,7 +191,7 @@ std::string XcpWith(const std::string& radial) {
   return WithReplaced(kXcp, "RADIAL\"/>", radial + "\"/>");
 }
 
-TEST(ViconCalibration, ValuesByHand) {
+TEST(ViconCalibration, MatchesHandComputedValues) {
   const CameraRig cameras = CamerasOf("lab.xcp", XcpWith("0 0 0"));
   ASSERT_EQ(cameras.size(), 1u);
   const Camera& camera = cameras.front();
@@ -218,8 +220,9 @@ TEST(ViconCalibration, RadialTermsMapRawToUndistortedPixels) {
   }
 }
 
-// As written by other programs; taken as px they would fold the image.
-TEST(ViconCalibration, DimensionlessTermsAreThoseOfOpenCv) {
+// Other programs write such terms. Interpreted in px, they would fold the
+// image.
+TEST(ViconCalibration, DimensionlessTermsAreOpenCvTerms) {
   const Camera camera = CamerasOf("lab.xcp", XcpWith("-0.1 0.05 0.01")).front();
   EXPECT_EQ(LensOf(camera), (std::vector<double>{-0.1, 0.05, 0.0, 0.0, 0.01}));
 }
@@ -230,7 +233,7 @@ TEST(ViconCalibration, ErrorsNameTheFault) {
       {
           {XcpWith("0 0"), "found 4 numbers, expected 5"},
           {WithReplaced(XcpWith("0 0 0"), "0.70710678118654752 0 0", "0.9 0 0"),
-           "no unit quaternion"},
+           "not a unit quaternion"},
           {WithReplaced(XcpWith("0 0 0"), "1920 1080", "1920"), "SENSOR_SIZE"},
       });
 }
@@ -275,7 +278,7 @@ TEST(OptiTrackCalibration, IsReadInBothEncodings) {
   }
 }
 
-// As PowerShell's `>` writes it. Nothing but XML states its encoding.
+// UTF-16 as written by PowerShell's `>`. Only XML specifies its encoding.
 TEST(OptiTrackCalibration, OtherTextsInUtf16AreRefused) {
   for (const std::string text :
        {"[cam_1]\nname = \"cam_1\"\n", "{\"cameras\": []}", "%YAML:1.0\n---\n",
@@ -283,13 +286,13 @@ TEST(OptiTrackCalibration, OtherTextsInUtf16AreRefused) {
     std::string turned = "\xFE\xFF";  // the other byte order
     for (const char c : text) turned += {'\0', c};
     for (const char* name : {"a.toml", "a.json", "a.mcal", "a.txt"}) {
-      EXPECT_THAT(FaultOf(name, Utf16(text)), HasSubstr("is a text in UTF-16"));
-      EXPECT_THAT(FaultOf(name, turned), HasSubstr("is a text in UTF-16"));
+      EXPECT_THAT(FaultOf(name, Utf16(text)), HasSubstr("is UTF-16 text"));
+      EXPECT_THAT(FaultOf(name, turned), HasSubstr("is UTF-16 text"));
     }
   }
 }
 
-TEST(OptiTrackCalibration, MotivesOwnLensIsRefused) {
+TEST(OptiTrackCalibration, MotiveLensModelIsRefused) {
   const std::string text =
       WithReplaced(WithReplaced(kMcal, "UTF-16", "UTF-8"),
                    "IntrinsicStandardCameraModel", "Other");
@@ -362,7 +365,7 @@ rotation = [0.1, 0.2, 0.3]
 translation = [0.5, 0.0, 2.0]
 )";
 
-TEST(SessionFolder, CaliscopeSessionIsReadFromItsCameraArray) {
+TEST(SessionFolder, CaliscopeSessionIsReadFromCameraArray) {
   const TemporaryFolder folder;
   folder.Write("session/camera_array.toml", kArray);
   folder.Write("session/config.toml", "CreationDate = 2023-05-06\n");
@@ -384,7 +387,7 @@ translation = [ 100.0, 0.0, 2000.0,]
 [metadata]
 )";
 
-TEST(SessionFolder, BoardFileBesideGivesTheUnit) {
+TEST(SessionFolder, BoardFileDeterminesTheUnit) {
   const TemporaryFolder folder;
   folder.Write("mice/calibration.toml", kTable);
   folder.Write("mice/back/a.h5", "anything");
@@ -397,7 +400,7 @@ TEST(SessionFolder, BoardFileBesideGivesTheUnit) {
   EXPECT_EQ(ReadCameras(path, centimetres).front().t().z(), 20.0);
 }
 
-TEST(SessionFolder, OldCaliscopeSessionIsReadFromItsConfig) {
+TEST(SessionFolder, OldCaliscopeSessionIsReadFromConfig) {
   const TemporaryFolder folder;
   folder.Write("old/config.toml", kTable);
   folder.Write("other/config.toml", "mode = 'graph'\n");
@@ -406,7 +409,7 @@ TEST(SessionFolder, OldCaliscopeSessionIsReadFromItsConfig) {
                    "is a folder without");
 }
 
-// Cameras and board of a session are read from its folder or its files.
+// Cameras are read from the folder of a session or from its file.
 TEST(SessionFolder, PublicSamplesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(found, "takes");
   const std::filesystem::path recordings = found;
@@ -434,7 +437,8 @@ constexpr const char* kCameras =
     "1 SIMPLE_RADIAL 3072 2304 2559.81 1536 1152 -0.0218531\n"
     "7 PINHOLE 640 480 600 610 320 240\n";
 
-// The second is turned by a quarter about z; the last has no line of points.
+// The second image is rotated by 90 degrees about z; the last has no line of
+// points.
 constexpr const char* kImages =
     "# Image list with two lines of data per image:\n"
     "12 1 0 0 0 1 2 3 7 cam_2.jpg\n"
@@ -457,7 +461,7 @@ TEST(ColmapCalibration, IsReadFromFolderAndFile) {
        {path, path + "/cameras.txt", path + "/images.txt"}) {
     const CameraRig cameras = ReadCameras(where);
     ASSERT_EQ(cameras.size(), 3u);
-    // Our pixel coordinates begin at the centre of the first pixel.
+    // kinegraph's pixel coordinates begin at the centre of the first pixel.
     ExpectIntrinsics(cameras[0], "cam_2", {640, 480},
                      {600.0, 610.0, 319.5, 239.5});
     ExpectIntrinsics(cameras[1], "left/cam_1", {3072, 2304},
@@ -472,7 +476,7 @@ TEST(ColmapCalibration, IsReadFromFolderAndFile) {
   }
 }
 
-// As COLMAP is run on folders with an image of each camera.
+// COLMAP was run on one folder of images per camera.
 TEST(ColmapCalibration, OneImageFolderPerCameraNamesTheCameras) {
   const TemporaryFolder folder;
   const std::string path = WriteModel(
@@ -499,7 +503,7 @@ TEST(ColmapCalibration, ErrorsNameFileAndLine) {
     std::string cameras, images, said;
   } all[] = {
       {"7 FOV 9 9 1 1 1 1 0\n", image,
-       "cameras.txt: line 1: the lens model 'FOV' is not read"},
+       "cameras.txt: line 1: the lens model 'FOV' is not supported"},
       {"7 PINHOLE 640 480 600 610 320\n", image,
        "cameras.txt: line 1: found 3 parameters, expected the 4 of PINHOLE"},
       {"# a\n\n7 PINHOLE 640 480 600 nan 320 240\n", image,
@@ -510,7 +514,7 @@ TEST(ColmapCalibration, ErrorsNameFileAndLine) {
       {camera, "1 1 0 0 0 1 2 3 8 cam_2.jpg\n",
        "images.txt: line 1: camera 8 is not in cameras.txt"},
       {camera, "1 1 0 0 0 1 2 3 7\n", "images.txt: line 1: found 9 words"},
-      {camera, "1 2 0 0 0 1 2 3 7 a.jpg\n", "no unit quaternion"},
+      {camera, "1 2 0 0 0 1 2 3 7 a.jpg\n", "not a unit quaternion"},
       {camera, "1 1 0 0 0 1 2 inf 7 a.jpg\n", "found 'inf'"},
       {camera, "# nobody\n", "has no cameras"},
       {camera, image + image, "camera 'cam_2': appears twice"},
@@ -559,8 +563,7 @@ TEST(FisheyeCalibration, FiveTermsAreRefused) {
               HasSubstr("5 coefficients of a fisheye lens"));
 }
 
-// Every format preserves the lens or reports its loss.
-TEST(FisheyeCalibration, EveryFormatKeepsTheLensOrReportsItsLoss) {
+TEST(FisheyeCalibration, EveryFormatKeepsTheLensOrReportsTheLoss) {
   CameraParameters p;
   p.name = "a";
   p.width_px = 1920;

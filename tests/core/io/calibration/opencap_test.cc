@@ -57,7 +57,7 @@ TEST(OpenCapCalibration, IsReadInEveryProtocol) {
 }
 
 // NumPy 2 names its modules numpy._core; names are preceded by their lengths.
-TEST(OpenCapCalibration, IsReadAsNumPy2WritesIt) {
+TEST(OpenCapCalibration, IsReadAsWrittenByNumPy2) {
   const TemporaryFolder folder;
   std::string bytes = FromBase64(kOpencapProtocol5);
   bytes = Replaced(bytes, std::string("\x8c\x12") + "numpy.core.numeric",
@@ -98,7 +98,7 @@ TEST(OpenCapCalibration, AFileWithoutPoseIsRefused) {
 }
 
 // See also tests/adapters/adapters_test.py.
-TEST(OpenCapCalibration, NothingOfAPickleIsExecuted) {
+TEST(OpenCapCalibration, PickleCodeIsNotExecuted) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("left.pickle",
                                         "\x80\x02"

@@ -83,7 +83,7 @@ constexpr double kDecomposed = 1e-11;
 
 // Values that not all other formats can represent: any name, no size, a skew,
 // -0, tiny terms.
-TEST(OwnCalibration, ReadsBackToTheBit) {
+TEST(OwnCalibration, IsReadBackExactly) {
   CameraRig cameras;
   for (const Camera& camera : RigWith(WithLens::kYes)) {
     CameraParameters p = camera.parameters();
@@ -129,7 +129,8 @@ TEST_P(RoundTrip, ReadsBack) {
   const Case& format = GetParam();
   CameraRig cameras =
       RigWith(format.keeps_lens ? WithLens::kYes : WithLens::kNo);
-  // One image size for all is given when reading; names are by order.
+  // longcw has one image size for all cameras, which is given when reading;
+  // opencv's cameras are in the order of their names.
   const bool is_longcw = format.format == "longcw";
   if (is_longcw) cameras = WithSize(cameras, 1920, 1080);
   if (format.format == "opencv") {
@@ -176,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"colmap", kRotated, true, true},
                       Case{"tum", kDecomposed, false, false}));
 
-// Rotations by zero, by half a turn and by a tiny angle.
+// Rotations by zero, by 180 degrees and by a tiny angle.
 TEST(CalibrationWriter, KeepsSpecialRotations) {
   CameraRig cameras;
   for (const double angle : {0.0, M_PI, 1e-9}) {
@@ -227,7 +228,7 @@ TEST(CalibrationWriter, RefusesWhatTheFormatCannotExpress) {
       << "a rejected write left a file";
 }
 
-TEST(CalibrationWriter, ReportsASkewThatIsLeftOut) {
+TEST(CalibrationWriter, ReportsAnOmittedSkew) {
   CameraParameters parameters;
   parameters.name = "a";
   parameters.width_px = parameters.height_px = 100;
@@ -238,7 +239,7 @@ TEST(CalibrationWriter, ReportsASkewThatIsLeftOut) {
     WriteCalibration(folder.path() / "out", format, {Camera(parameters)},
                      &lost_fields);
     EXPECT_THAT(lost_fields,
-                Contains("a skew of up to 0.005000 px is left out"));
+                Contains("a skew of up to 0.005000 px is omitted"));
   }
 }
 
@@ -271,7 +272,7 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
 }
 
 // Recognition does not depend on the order of the registry.
-TEST(CalibrationFormats, OnlyItsOwnFormatRecognisesAResult) {
+TEST(CalibrationFormats, OnlyTheWrittenFormatRecognisesAFile) {
   const CameraRig cameras = WithSize(RigWith(WithLens::kNo), 1920, 1080);
   for (const CalibrationFormat& written : CalibrationFormats()) {
     EXPECT_EQ(FindCalibrationFormat(written.name), &written);

@@ -56,7 +56,7 @@ struct SampleOptions {
   }
 };
 
-// Further keys of one of its tables.
+// A further key in a table of SampleOptions.
 struct MoreOptions {
   int64_t window = 10;
   void Describe(OptionVisitor& visitor) {
@@ -79,7 +79,7 @@ std::string ErrorOf(const std::string& text, const std::string& set = "") {
   return InputErrorOf([&] { Applied(text, set); });
 }
 
-TEST(Config, UnsetKeysKeepTheirDefaults) {
+TEST(Config, UnsetKeysKeepDefaults) {
   const SampleOptions options = Applied("");
   EXPECT_EQ(options.alpha_2d, 60.0);
   EXPECT_EQ(options.title, "none");
@@ -110,7 +110,7 @@ map = { cam0 = "Camera0", "cam.1" = "Camera1" }
   EXPECT_EQ(options.map.at("cam.1"), "Camera1");
 }
 
-TEST(Config, OneNumberOrATableByName) {
+TEST(Config, NumberTableMayBeOneNumberOrATable) {
   EXPECT_THAT(Applied("sigma_px = 8").sigma_px, ElementsAre(8.0, 8.0, 8.0));
   EXPECT_THAT(Applied("[sigma_px]\nwrist = 9").sigma_px,
               ElementsAre(6.0, 9.0, 6.0));
@@ -128,16 +128,17 @@ TEST(Config, OneNumberOrATableByName) {
   EXPECT_THAT(ErrorOf("", "sigma_px.hand=1"), HasSubstr("is not known"));
 }
 
-TEST(Config, ARemovedKeyNamesItsReplacement) {
-  EXPECT_THAT(ErrorOf("[tracking]\nmax_age = 10"),
-              HasSubstr("sample.toml:2: key 'tracking.max_age': is gone: use "
-                        "tracking.max_age_s"));
+TEST(Config, ErrorForARemovedKeyNamesTheReplacement) {
+  EXPECT_THAT(
+      ErrorOf("[tracking]\nmax_age = 10"),
+      HasSubstr("sample.toml:2: key 'tracking.max_age': was removed: use "
+                "tracking.max_age_s"));
   // A removed table represents its keys.
   EXPECT_THAT(ErrorOf("", "filters.kalman.jerk_noise.head=50"),
-              HasSubstr("is gone: use filters.kalman.process_noise_scale"));
+              HasSubstr("was removed: use filters.kalman.process_noise_scale"));
 }
 
-TEST(Config, NamesFileLineKeyFoundAndAllowed) {
+TEST(Config, ErrorsNameFileLineKeyValueAndLimits) {
   EXPECT_EQ(ErrorOf("[association]\nalpha_2d = -3.5\n"),
             "sample.toml:2: key 'association.alpha_2d': found -3.5, allowed "
             "> 0 (px per frame)");
@@ -221,7 +222,7 @@ TEST(Config, RefusesInvalidToml) {
               StartsWith("sample.toml:2: is not TOML: "));
 }
 
-TEST(Config, NamesFilesItCannotRead) {
+TEST(Config, ErrorsNameUnreadableFiles) {
   const testing::TemporaryFolder folder;
   const std::string missing = (folder.path() / "none.toml").string();
   EXPECT_THAT(InputErrorOf([&] { ConfigFile::Read(missing); }),
@@ -234,7 +235,7 @@ TEST(Config, NamesFilesItCannotRead) {
   EXPECT_EQ(options.title, "x");
 }
 
-TEST(Config, OverridesWinOverTheFile) {
+TEST(Config, OverridesHavePrecedenceOverTheFile) {
   const SampleOptions options = Applied(
       "mode = 'paper'\n[association]\nalpha_2d = 70\n",
       "mode=graph; association.alpha_2d = 1e2 ;association.epsilon=9;"
@@ -249,7 +250,7 @@ TEST(Config, OverridesWinOverTheFile) {
   EXPECT_EQ(Applied("", "title=12").title, "12");
 }
 
-TEST(Config, LaterOverridesWin) {
+TEST(Config, LaterOverridesHavePrecedence) {
   ConfigFile config = ConfigFile::Empty();
   config.Override("title=first", "--set");
   config.Override("title=second", "--mode");
@@ -284,7 +285,7 @@ TEST(Config, RefusesBadOverrides) {
   }
 }
 
-TEST(Config, AnOverrideStatesAList) {
+TEST(Config, OverrideMaySpecifyAList) {
   EXPECT_TRUE(Applied("", "association.gates=[]").gates.empty());
   EXPECT_THAT(Applied("", "association.gates=[1.5, 3, 0]").gates,
               ElementsAre(1.5, 3.0, 0.0));
@@ -346,7 +347,7 @@ TEST(Skeletons, AreReadFromTables) {
   EXPECT_TRUE(ConfigFile::Empty().ReadSkeletons().empty());
 }
 
-TEST(Skeletons, AnUnknownNameListsTheKnownOnes) {
+TEST(Skeletons, ErrorForAnUnknownNameListsKnownNames) {
   ConfigFile config = ConfigFile::Parse(kSkeletons, "a.toml");
   const std::vector<Skeleton> skeletons = config.ReadSkeletons();
   const std::string message =
@@ -393,7 +394,7 @@ TEST(ConfigJson, NestsTablesInOrder) {
                         "\"foot\":6.0}"));
 }
 
-TEST(ConfigJson, NumbersReadBackToTheBit) {
+TEST(ConfigJson, NumbersAreReadBackExactly) {
   Random random(11);
   for (int i = 0; i < 1000; ++i) {
     SampleOptions options;

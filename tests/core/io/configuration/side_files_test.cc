@@ -1,4 +1,4 @@
-// Small files beside a recording.
+// Small files that accompany a recording.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

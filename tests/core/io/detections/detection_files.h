@@ -1,4 +1,4 @@
-// Detections from texts, and their comparison.
+// Reads detections from texts, and compares detections.
 #ifndef KINEGRAPH_TESTS_CORE_IO_DETECTIONS_DETECTION_FILES_H_
 #define KINEGRAPH_TESTS_CORE_IO_DETECTIONS_DETECTION_FILES_H_
 
@@ -30,7 +30,7 @@ class SequenceSource final : public DetectionSource {
   size_t next_ = 0;
 };
 
-// The recording in a file of this name and content.
+// Reads the recording in a file of this name and content.
 inline DetectionSequence RecordingIn(const std::string& name,
                                      const std::string& text,
                                      const DetectionReadOptions& options = {}) {
@@ -46,7 +46,8 @@ inline std::string FaultOf(const std::string& name, const std::string& text,
   });
 }
 
-// Each text is rejected with a message that contains this.
+// Expects each text to be rejected with a message that contains the text given
+// with it.
 inline void ExpectFaults(const std::string& name, const Faults& faults,
                          const DetectionReadOptions& options = {}) {
   ExpectFaultsIn(name, faults, [&](const std::string& path) {
@@ -62,7 +63,7 @@ inline const Keypoint& JointOf(const DetectionSequence& recording, size_t frame,
       .joints.at(joint);
 }
 
-// Bit-identical except for the times.
+// Expects bit-identical detections, except for their times.
 inline void ExpectSameDetections(const DetectionSequence& a,
                                  const DetectionSequence& b) {
   EXPECT_EQ(a.header.skeleton.joints(), b.header.skeleton.joints());

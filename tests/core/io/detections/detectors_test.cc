@@ -38,7 +38,8 @@ std::string Listed(const std::string& first, const std::string& next,
   return text;
 }
 
-// The last joint is at (125, 50.5), the first has no score.
+// An instance whose last joint is at (125, 50.5) and whose first joint has
+// score 0.
 std::string Instance(int count) {
   return R"({"bbox": [[1, 2, 3, 4]], "bbox_score": 0.9, "keypoints": [)" +
          Listed("[100, 50.5]", "[9, 9]", count - 1) + ", [125, 50.5]" +
@@ -57,7 +58,7 @@ void ExpectHalpe(const DetectionSequence& recording, int64_t frame) {
   EXPECT_EQ(joints[25].confidence, 0.75);
 }
 
-// A list of one frame.
+// A list with one frame.
 std::string Mmpose(int64_t frame, const std::string& instances) {
   return R"([{"frame_id": )" + std::to_string(frame) + R"(, "instances": [)" +
          instances + "]}]";
@@ -83,9 +84,9 @@ TEST(DetectorFiles, MmposeErrorsNameTheEntry) {
                              "keypoints: found 17 joints, expected 26"}});
 }
 
-// The number of joints does not identify a layout: H36M has 17, as COCO;
-// CrowdPose's 14 are in no layout that is known.
-TEST(DetectorFiles, MmposeJointsByTheFilesNames) {
+// The number of joints does not identify a layout: H36M has 17 joints like
+// COCO, and the 14 joints of CrowdPose match no known layout.
+TEST(DetectorFiles, MmposeJointsFollowNamesInTheFile) {
   const auto file = [](const std::string& meta, int joints) {
     return R"({"meta_info": {)" + meta + R"(}, "instance_info": )" +
            Mmpose(0, Instance(joints)) + "}";
@@ -181,7 +182,7 @@ std::vector<std::pair<int, int>> EndsOf(const Skeleton& skeleton) {
   return ends;
 }
 
-TEST(DetectorFiles, CocoBonesAreThoseOfTheFile) {
+TEST(DetectorFiles, CocoBonesFollowTheFile) {
   const Skeleton skeleton =
       RecordingIn("all.json",
                   R"({"images": [{"id": 1, "file_name": "cam1/1.jpg"}], )"
@@ -205,10 +206,10 @@ TEST(DetectorFiles, MediaPipeTablesMustBeInPixels) {
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).px, Eigen::Vector2d(100, 200));
   EXPECT_FALSE(JointOf(recording, 0, 0, 0, 1).found);
   ExpectFaults("cam2.csv", {{header + "3,0.5,0.25,0.5,0.75,0.25,0.5\n",
-                             "shares of the image, expected pixels"}});
+                             "normalised by the image size, expected pixels"}});
 }
 
-// A table as saved by Excel with decimal commas, and as modified by editors.
+// The table as saved by Excel with decimal commas.
 std::string Semicolons(std::string text) {
   std::replace(text.begin(), text.end(), ',', ';');
   std::replace(text.begin(), text.end(), '.', ',');
@@ -244,7 +245,7 @@ TEST(DetectorFiles, TablesAsWrittenBySpreadsheetsAndEditors) {
                  "unsure.csv: line 5: left_hip: found the text '11,5', "
                  "expected a number with a decimal point"},
                 {std::string("\xff\xfes\0", 4),
-                 "unsure.csv: is a text in UTF-16, expected UTF-8"}});
+                 "unsure.csv: is UTF-16 text, expected UTF-8"}});
 }
 
 // Expects the first joint, at (0, 0), to be found only if zeros are positions,
@@ -307,7 +308,7 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
   }
 }
 
-// A recording of two views, `count` frames each, as our own detections.
+// A recording of two views with `count` frames each, in kinegraph's format.
 std::string RecordingOf(int count, const std::string& first_view,
                         const std::string& second_view) {
   std::string text =
@@ -331,18 +332,18 @@ TEST(DetectorFiles, RejectsNormalisedPositions) {
       "take.jsonl",
       {{RecordingOf(1, shares, nobody),
         "take.jsonl: view 'cam1': positions are within x 0.5 .. 0.75 and y "
-        "0.25 .. 0.5, shares of the image, expected pixels: multiply x by the "
-        "image's width"},
+        "0.25 .. 0.5, which are normalised by the image size, expected pixels: "
+        "multiply x by the image's width"},
        {RecordingOf(3, of_signs, of_signs),
         "multiply (x + 1) / 2 by the image's width"},
        {RecordingOf(20, pixels, shares), "view 'cam2'"},
        {RecordingOf(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
         "view 'cam1': positions are within x 6.55e+05 .. 9e+06 and y 1e+05 .. "
-        "1e+06, where no image reaches"},
+        "1e+06, outside any possible image"},
        {RecordingOf(1, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", nobody),
-        "where no image reaches"}});
-  // Accepted: a person in the corner of a view, and joints at the position that
-  // represents missing ones.
+        "outside any possible image"}});
+  // Accepted: a person in the corner of a view, and joints at a position that
+  // represents missing joints.
   const std::string odd =
       WithReplaced(RecordingOf(20, pixels, pixels), pixels, shares);
   for (const std::string& recording :
@@ -361,8 +362,8 @@ TEST(DetectorFiles, RejectsTimesAsFrameNumbers) {
         {"1716223456789012345", "a time in nanoseconds"},
         {"20240520164416789", "a date and time"},
         {"cam1_1716223456.789012", "a time in seconds"},
-        {"99999999999999999999", "holds no frame number"},
-        {"calibration", "'calibration_keypoints.json' holds no frame"}}) {
+        {"99999999999999999999", "contains no frame number"},
+        {"calibration", "'calibration_keypoints.json' contains no frame"}}) {
     const std::string file =
         "take/cam1/" + std::string(name) + "_keypoints.json";
     folder.Write(file, R"({"people": []})");

@@ -76,7 +76,7 @@ TEST(DetectionExport, OpenPoseKeepsFramesWithoutPeople) {
   EXPECT_TRUE(fs::exists(path + "/cam10/cam10_000000000007_keypoints.json"));
 }
 
-// With times as longcw's files require.
+// The sequence with the times that longcw's files require.
 DetectionSequence Timed(DetectionSequence sequence) {
   sequence.header.frame_rate_hz = 25.0;
   for (DetectionFrame& frame : sequence.frames) {
@@ -96,7 +96,7 @@ TEST(DetectionExport, LongcwRefusesWhatItCannotExpress) {
   };
   expect("--image_size", {});
   sequence.frames[1].views[0].capture_time += 600'000'000;
-  expect("read as another frame");
+  expect("read as another one");
   sequence.header.frame_rate_hz = 0.0;
   expect("--frame_rate");
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
@@ -150,9 +150,8 @@ TEST(DetectionExport, ReportsLostFields) {
   }
 }
 
-// Every format that is both written and read is recognised by itself only, and
-// preserves all data that it can represent, for each layout that its files
-// specify.
+// A file in a format is recognised only by this format, and preserves all data
+// that the format can represent, for each layout that its files determine.
 TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
   int formats = 0;
   for (const DetectionFormat& format : DetectionFormats()) {
@@ -161,7 +160,7 @@ TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
     std::vector<const Skeleton*> skeletons = {&Coco17(), &Halpe26(),
                                               &MediaPipe33(), &WholeBody133()};
     if (format.name == "longcw") skeletons = {&Tum14()};
-    // By content, with and without the format's own extension.
+    // Recognised by content, with and without the format's own extension.
     std::set<std::string> names = {"take"};
     if (format.files == DetectionFormat::Files::kOne) {
       names.insert("take" + format.extension);
@@ -189,7 +188,7 @@ TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
   EXPECT_GE(formats, 6);
 }
 
-TEST(DetectionExport, RefusesViewNamesThatAreNoFileNames) {
+TEST(DetectionExport, RefusesViewNamesThatAreInvalidFileNames) {
   const TemporaryFolder folder;
   for (const char* name : {"", "../up", ".hidden", "a/b", "line\nbreak"}) {
     DetectionSequence sequence = RandomSequence(Coco17());

@@ -38,15 +38,15 @@ SkeletonFit FitTo(const Skeleton& truth,
 }
 
 TEST(SkeletonFitTest, DistinguishesBody25FromBody25B) {
-  // Bones of these people are about as long in either order (within 15 %);
-  // left and right are alike in the right one only.
+  // The bones of these people have about the same lengths in both layouts
+  // (within 15 %), but left and right are equal only in the right layout.
   const SkeletonFit fit = FitTo(Body25B(), {&Body25(), &Body25B()});
   EXPECT_EQ(fit.Best(), 1u);
   EXPECT_LT(fit.SideDifference(1), 0.1);
   EXPECT_GT(fit.SideDifference(0), 0.25);
 }
 
-TEST(SkeletonFitTest, SideDifferenceIsThatOfTheLimbs) {
+TEST(SkeletonFitTest, SideDifferenceIsMeanOverLimbs) {
   const Skeleton legs("legs",
                       {"l_hip", "l_knee", "l_ankle", "r_hip", "r_knee",
                        "r_ankle", "neck", "nose"},
@@ -73,8 +73,8 @@ TEST(SkeletonFitTest, Body25IsKept) {
   EXPECT_FALSE(fit.Implausible(0));
 }
 
-// The right layout of every detector is plausible, so that the warning is
-// specific.
+// The right layout of every detector is plausible, so there are no false
+// warnings.
 TEST(SkeletonFitTest, NoBuiltInLayoutLooksImplausible) {
   for (const Skeleton* truth : {&Coco17(), &Coco18(), &Body25(), &Body25B(),
                                 &Halpe26(), &MediaPipe33(), &WholeBody133()}) {
@@ -82,7 +82,8 @@ TEST(SkeletonFitTest, NoBuiltInLayoutLooksImplausible) {
   }
 }
 
-// The box around a body without knees and ankles is small, its bones are not.
+// The box around a body without knees and ankles is small, but its bones are
+// not.
 TEST(SkeletonFitTest, HalfABodyIsPlausible) {
   SkeletonFit fit({&Coco17()});
   for (Detection person : PeopleIn(Coco17())) {
@@ -109,7 +110,7 @@ TEST(SkeletonFitTest, ShuffledJointsAreImplausible) {
   EXPECT_TRUE(fit.Implausible(0));
 }
 
-TEST(SkeletonFitTest, TooFewPeopleLeaveTheFirstCandidate) {
+TEST(SkeletonFitTest, FirstCandidateIsKeptForTooFewPeople) {
   SkeletonFit fit({&Body25(), &Body25B()});
   const std::vector<Detection> people = PeopleIn(Body25B());
   for (size_t i = 0; i + 1 < SkeletonFit::kEnoughPeople; ++i) {

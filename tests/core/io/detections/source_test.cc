@@ -1,5 +1,5 @@
-// Readers of detections on the real data, counted against what its READMEs
-// state, and on small files whose content is known.
+// Reads real data, whose counts are compared with their READMEs, and small
+// files with known content.
 #include "core/io/detections/source.h"
 
 #include <gmock/gmock.h>
@@ -71,7 +71,7 @@ int CountMissing(const DetectionSequence& sequence, const std::string& joint) {
   return missing;
 }
 
-// Bit-identical, including times.
+// Expects bit-identical detections, including times.
 void ExpectSame(const DetectionSequence& a, const DetectionSequence& b) {
   EXPECT_TRUE(a.header.skeleton == b.header.skeleton);
   EXPECT_EQ(a.header.frame_rate_hz, b.header.frame_rate_hz);
@@ -93,7 +93,7 @@ DetectionReadOptions OptionsWith(const std::string& skeleton_name,
   return options;
 }
 
-// "coco17, 301 frames, at 0 Hz; cam0 831, cam1 755; 54 joints missing".
+// "coco17, 301 frames at 0 Hz; cam0 831, cam1 755; 54 joints missing".
 std::string Summary(const DetectionSequence& sequence) {
   const Counts counts = Count(sequence);
   std::ostringstream text;
@@ -107,8 +107,8 @@ std::string Summary(const DetectionSequence& sequence) {
   return text.str();
 }
 
-// Numbers stated in the READMEs of the data, and counted by separate scripts.
-// Frames missing in all views are left out.
+// Counts from the READMEs of the data and from independent scripts. Frames that
+// are missing in all views do not count.
 TEST(ReadDetections, RealRecordings) {
   const auto expect = [](const char* path, const char* summary,
                          const DetectionReadOptions& options = {}) {
@@ -139,7 +139,7 @@ TEST(ReadDetections, ShelfOpenPose) {
   EXPECT_EQ(sequence.frames.front().frame, 300);
   EXPECT_EQ(sequence.frames.back().frame, 600);
   EXPECT_EQ(Count(sequence).people, 4507);
-  // Counted with a separate script over the same files.
+  // Counted by an independent script over the same files.
   EXPECT_EQ(Count(sequence).missing_joints, 27178);
   EXPECT_EQ(CountMissing(sequence, "r_wrist"), 1640);
   EXPECT_EQ(CountMissing(sequence, "l_wrist"), 1290);
@@ -175,7 +175,7 @@ TEST(ReadDetections, Body25BIsRecognisedUnlessBody25IsConfigured) {
               Body25());
 }
 
-TEST(ReadDetections, PersonWithoutKeypointsKeepsItsPlace) {
+TEST(ReadDetections, IndicesCountPeopleWithoutKeypoints) {
   KINEGRAPH_DATA_OR_SKIP(path, "pose2sim/multi/pose");
   const DetectionSequence sequence = ReadDetections(path);
   EXPECT_TRUE(sequence.header.skeleton == Body25B());
@@ -275,7 +275,7 @@ TEST(DetectionWriter, RefusesNumbersThatAreNotFinite) {
                std::logic_error);
 }
 
-TEST(ReadDetections, OpenPoseLayoutsByTheirJointCount) {
+TEST(ReadDetections, OpenPoseLayoutsFollowFromJointCount) {
   const auto person = [](int numbers) {
     std::string text = "{\"people\": [{\"pose_keypoints_2d\": [0";
     for (int n = 1; n < numbers; ++n) text += ", " + std::to_string(n);
@@ -306,7 +306,7 @@ TEST(ReadDetections, OpenPoseLayoutsByTheirJointCount) {
             Eigen::Vector2d(396.0, 397.0));
 }
 
-TEST(ReadDetections, OpenPoseViewsMayMissFrames) {
+TEST(ReadDetections, OpenPoseViewsMayLackFrames) {
   const std::string nobody = "{\"people\": []}";
   const TemporaryFolder folder;
   folder.Write("cam2/a_3_keypoints.json", nobody);
@@ -319,7 +319,7 @@ TEST(ReadDetections, OpenPoseViewsMayMissFrames) {
   EXPECT_EQ(sequence.frames[1].frame, 3);
 }
 
-TEST(ReadDetections, OursFromAPipe) {
+TEST(ReadDetections, KinegraphFormatFromAPipe) {
   const TemporaryFolder folder;
   const std::string ours = folder.path() / "ours.jsonl";
   const std::string pipe = folder.path() / "pipe";
@@ -333,9 +333,9 @@ TEST(ReadDetections, OursFromAPipe) {
   writer.join();
 }
 
-// ---- Views that count frames at rates of their own ----
+// ---- Views with their own frame rates ----
 
-// Frames 0 .. count - 1 of two views; each detection carries its frame.
+// Frames 0 .. count - 1 of two views; index_in_file is the number of the frame.
 DetectionSequence Counting(int64_t count_a, int64_t count_b,
                            double rate_hz = 25.0) {
   DetectionSequence sequence;
@@ -381,7 +381,8 @@ std::vector<int64_t> NumbersOf(const DetectionSequence& sequence,
   return numbers;
 }
 
-// Our own file of two views at 25 Hz and one joint, with these frames.
+// A file in kinegraph's format with two views at 25 Hz, one joint and these
+// frames.
 std::string OwnFile(const std::string& frames) {
   return R"({"kinegraph_detections": 1, "skeleton": {"name": "s", )"
          R"("joints": ["a"], "bones": []}, "frame_rate": 25, )"
@@ -390,7 +391,7 @@ std::string OwnFile(const std::string& frames) {
          frames;
 }
 
-TEST(RatedSource, AViewAtTwiceTheRateGivesEverySecondFrame) {
+TEST(RatedSource, ViewAtTwiceTheRateGivesEverySecondFrame) {
   const std::vector<DetectionFrame> frames =
       Read(Counting(10, 20), Rates({{"b", 50.0}}));
   ASSERT_EQ(frames.size(), 10u);
@@ -401,8 +402,7 @@ TEST(RatedSource, AViewAtTwiceTheRateGivesEverySecondFrame) {
   }
 }
 
-// Limits also hold for views with their own rates.
-TEST(RatedSource, LimitsApplyToViewsOfOtherRates) {
+TEST(RatedSource, LimitsApplyToViewsWithOtherRates) {
   const std::string text =
       OwnFile(R"({"frame": 0, "views": {"a": [{"joints": [[1, 2, 1]]}], )"
               R"("b": [{"joints": [[1, 2, 1]]}]}})");
@@ -413,8 +413,9 @@ TEST(RatedSource, LimitsApplyToViewsOfOtherRates) {
   EXPECT_THROW(RecordingIn("d.jsonl", text, options), InputError);
 }
 
-TEST(RatedSource, ASlowViewHasNoDetectionsInSomeFrames) {
-  // 10 Hz at 25 Hz: its frames are 2.5 of the recording's apart.
+TEST(RatedSource, SlowViewHasNoDetectionsInSomeFrames) {
+  // The view has 10 Hz and the recording 25 Hz, so that frames of the view
+  // are 2.5 frames of the recording apart.
   const std::vector<DetectionFrame> frames =
       Read(Counting(10, 4), Rates({{"b", 10.0}}));
   ASSERT_EQ(frames.size(), 10u);
@@ -425,15 +426,16 @@ TEST(RatedSource, ASlowViewHasNoDetectionsInSomeFrames) {
     found.push_back(view.detections[0].index_in_file);
     EXPECT_EQ(view.capture_time,
               FrameClock(10.0).TimeOf(view.detections[0].index_in_file));
-    // Half a frame of the recording at most.
+    // At most half a frame of the recording.
     EXPECT_LE(std::abs(view.capture_time - frame.time), FromSeconds(0.02));
   }
   EXPECT_EQ(found, (std::vector<int>{0, 1, 2, 3}));
 }
 
-// At 100 Hz, views of 50 and 25 Hz fill every second and fourth frame, up to
-// the end of both; counting at the base's rate would end after half.
-TEST(RatedSource, ABaseRateAboveAllViewsLosesNoFrame) {
+// In a recording at 100 Hz, views at 50 and 25 Hz have every second and every
+// fourth frame up to the end of both; by the file's frame numbers the recording
+// would end earlier.
+TEST(RatedSource, BaseRateAboveAllViewsLosesNoFrame) {
   const std::vector<DetectionFrame> frames =
       Read(Counting(20, 10, 100.0), Rates({{"a", 50.0}, {"b", 25.0}}));
   std::map<int64_t, std::vector<size_t>> seen;  // by frame
@@ -458,11 +460,11 @@ TEST(RatedSource, KeepsFramesWithoutDetections) {
             (std::vector<int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
-// Numbers that exist only in files of another rate are not frames of the
+// Numbers that occur only in files with another rate are not frames of the
 // recording.
-TEST(RatedSource, NumbersOfAnotherRateAreNoFrames) {
-  // 25 Hz from frame 4 on. Files of b count at 50 Hz: its 8 is the
-  // recording's 4.
+TEST(RatedSource, NumbersOfOtherRatesAreNotFrames) {
+  // The recording at 25 Hz begins at frame 4. Files of b count at 50 Hz: frame
+  // 8 of b is frame 4 of the recording.
   DetectionSequence sequence = Counting(12, 12);
   for (size_t f = 0; f < 8; ++f) {
     if (f < 4) sequence.frames[f].views[0].detections.clear();
@@ -472,7 +474,7 @@ TEST(RatedSource, NumbersOfAnotherRateAreNoFrames) {
             (std::vector<int64_t>{4, 5, 6, 7, 8, 9, 10, 11}));
 }
 
-// Files with their own times have view_times.
+// Files with times specify the times of individual views by view_times.
 TEST(RatedSource, FilesWithTimesAreRefused) {
   EXPECT_THROW(
       RecordingIn("a.jsonl",
@@ -502,7 +504,7 @@ TEST(ViewTimes, AreCaptureTimes) {
       InputError);
 }
 
-// Mirrored pixels are counted from the other side; missing joints stay missing.
+// Mirrored pixels are counted from the opposite side.
 TEST(Source, MirroredViewsAreMirroredBack) {
   const std::string text = OwnFile(
       R"({"frame": 1, "time": 0.04, "views": {"a": [{"joints": [[10, 20, 0.9]]}], )"
@@ -533,7 +535,8 @@ TEST(Source, MirroredViewsAreMirroredBack) {
   EXPECT_THROW(ReadDetections(path, options), OptionError);
 }
 
-// A view whose files begin at another number joins the frames of the others.
+// Frames of a view whose files begin at another number are assigned to those of
+// the other views.
 TEST(RatedSource, FrameOffsetsAreSubtractedFromTheNumbersOfAView) {
   DetectionReadOptions options;
   options.view_frame_offset["b"] = 2;
@@ -544,7 +547,7 @@ TEST(RatedSource, FrameOffsetsAreSubtractedFromTheNumbersOfAView) {
     ++both;
     EXPECT_EQ(views[1].capture_time, frame.time);
   }
-  EXPECT_EQ(both, 4);  // 0..3, which b calls 2..5
+  EXPECT_EQ(both, 4);  // 0..3, which are 2..5 in the files of b
 }
 
 }  // namespace

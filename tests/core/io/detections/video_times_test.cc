@@ -27,9 +27,9 @@ std::string Bars(const std::string& ending) {
       .string();
 }
 
-// The images are stored in another order than displayed (B-frames), and an edit
-// list compensates the delay.
-TEST(VideoTimes, ImagesStoredInAnotherOrderThanShown) {
+// The order of storage differs from that of display (B-frames), and an edit
+// list compensates for the delay.
+TEST(VideoTimes, ImagesStoredOutOfDisplayOrder) {
   const std::vector<double> mp4 = ReadVideoTimes(Bars("mp4"));
   const std::vector<double> webm = ReadVideoTimes(Bars("webm"));
   ASSERT_EQ(mp4.size(), 40u);
@@ -57,8 +57,8 @@ TEST(VideoTimes, NoOtherFileIsOpened) {
   testing::InputErrorOf([&] { ReadVideoTimes(list); });
 }
 
-// Images cut by an edit list are not shown: cut by ffmpeg between two key
-// frames, which it keeps.
+// Images that an edit list cuts off are not shown. ffmpeg cuts between two key
+// frames and keeps the images since the first of them in the file.
 TEST(VideoTimes, EditListsShiftAndCut) {
   const TemporaryFolder folder;
   const std::string cut = folder.path() / "cut.mp4";
@@ -73,7 +73,7 @@ TEST(VideoTimes, EditListsShiftAndCut) {
   EXPECT_EQ(times_s.size(), 34u);
 }
 
-TEST(VideoTimes, TypeIsThatOfTheExtension) {
+TEST(VideoTimes, TypeFollowsFromTheExtension) {
   EXPECT_EQ(VideoType("a/b.MP4"), "video/mp4");
   EXPECT_EQ(VideoType("b.webm"), "video/webm");
   EXPECT_TRUE(IsVideoName("x.mov"));

@@ -58,7 +58,8 @@ TEST(ViewPairing, AppliesTheMostReliableRuleThatFits) {
        PairedBy::kNumber},
       {{"a00"}, {"0"}, {0}, PairedBy::kNumber},
       {{"cam" + big}, {"x0" + big, "y1"}, {0}, PairedBy::kNumber},
-      // The camera's name within the view's, whatever case and separators.
+      // The view's name contains the camera's, in any case and with any
+      // separators.
       {{fly + "A" + rest, fly + "B" + rest, fly + "C" + rest},
        {"Cam-C", "Cam-A", "Cam-B"},
        {1, 2, 0},
@@ -67,7 +68,7 @@ TEST(ViewPairing, AppliesTheMostReliableRuleThatFits) {
        {"Cam-C", "Cam-A", "Cam-B"},
        {1, 2, 0},
        PairedBy::kWithin},
-      // Not cam1 in cam10, and the longer name wins.
+      // cam10 does not contain cam1, and the longer name has precedence.
       {{"rec_cam10_2024", "rec_cam1_2024"},
        {"cam1", "cam10"},
        {1, 0},
@@ -77,7 +78,7 @@ TEST(ViewPairing, AppliesTheMostReliableRuleThatFits) {
        {"left", "left_top"},
        {1, 0},
        PairedBy::kWithin},
-      // The other way round.
+      // The camera's name contains the view's.
       {{"cam2", "cam1"}, {"cam1_4k", "cam2_4k"}, {1, 0}, PairedBy::kWithin},
       {{"trial_cam2_20240101", "trial_cam1_20240101"},
        {"Camera1", "Camera02"},
@@ -85,7 +86,7 @@ TEST(ViewPairing, AppliesTheMostReliableRuleThatFits) {
        PairedBy::kDistinct},
       // Numbers are matched as a whole: 10 and 11 are not 0 and 1.
       {{"cam10", "cam11"}, {"cam0", "cam1"}, {0, 1}, PairedBy::kOrder},
-      // Counted from 0 and from 1, and names of two kinds.
+      // Views count from 0 and cameras from 1, or have no numbers in common.
       {{"cam_0", "cam_1", "cam_2"},
        {"1", "2", "3"},
        {0, 1, 2},
@@ -107,7 +108,7 @@ TEST(ViewPairing, PrefersTheMapToTheName) {
               ElementsAre(1, 0));
 }
 
-TEST(ViewPairing, AnExcludedViewDoesNotShiftTheOthersCameras) {
+TEST(ViewPairing, ExcludedViewDoesNotShiftOtherCameras) {
   const auto without_first = [](const Names& cameras) {
     return PairViewsWithCameras({"cam_0", "cam_1", "cam_2"}, Rig(cameras), {},
                                 UnpairedViews::kRefuse, {"cam_0"})
@@ -123,10 +124,13 @@ TEST(ViewPairing, RefusesAmbiguousPairs) {
     Map map;
     const char* said;
   } cases[] = {
-      {{"cam1"}, {"00_01", "01_01"}, {}, "may belong to '00_01', '01_01'"},
+      {{"cam1"},
+       {"00_01", "01_01"},
+       {},
+       "matches the cameras '00_01', '01_01'"},
       {{"a1", "b1"}, {"1", "2"}, {}, "'a1' and 'b1'"},
       {{"a1", "b1"}, {"1", "2"}, {}, "cameras.map"},
-      {{"a", "b"}, {"a", "b"}, {{"a", "b"}}, "both belong to camera 'b'"},
+      {{"a", "b"}, {"a", "b"}, {{"a", "b"}}, "both match camera 'b'"},
       {{"cam3"}, {"0", "1"}, {}, "view 'cam3'"},
       {{"left", "right"}, {"links"}, {}, "'links'"},
       {{"cam_2", "cam_3"}, {"1", "2"}, {}, "view 'cam_3' has no camera"},
@@ -143,7 +147,7 @@ TEST(ViewPairing, RefusesAmbiguousPairs) {
   }
 }
 
-TEST(ViewPairing, GivesCamerasInTheOrderOfTheViews) {
+TEST(ViewPairing, ReturnsCamerasInTheOrderOfViews) {
   const CameraRig paired =
       CamerasOfViews({"cam0", "cam1"}, Rig({"Camera1", "Camera0"}));
   ASSERT_EQ(paired.size(), 2u);

@@ -1,5 +1,5 @@
-// Handwritten files and folders of several cameras, and of several detectors of
-// one camera.
+// Handwritten files and folders of several cameras, and of several detectors
+// for one camera.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ using testing::RecordingIn;
 using testing::TemporaryFolder;
 using testing::WithReplaced;
 
-// ---- One COCO file of several cameras ----
+// ---- One COCO file for several cameras ----
 
 constexpr const char* kCoco = R"({"info": {"frame_rate": 50}, "categories": [
 {"id": 9, "name": "box"},
@@ -45,7 +45,7 @@ constexpr const char* kCoco = R"({"info": {"frame_rate": 50}, "categories": [
 {"id": 3, "image_id": 13, "keypoints": [1, 2, 0.25, 3, 4, 2, 0, 0, 0],
  "keypoint_scores": [0.5, 0.75, 0]}]})";
 
-TEST(CocoViews, CamerasAndFramesAreThoseOfTheImages) {
+TEST(CocoViews, CamerasAndFramesFollowTheImages) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("take.json", kCoco);
   EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
@@ -78,11 +78,11 @@ TEST(CocoViews, ErrorsNameTheFault) {
       {{with("\"id\": 12", "\"id\": 11"),
         "broken.json: image 1: id 11 appears twice"},
        {with("take/cam10/000005.jpg", "000005.jpg"),
-        "image 0: expected a key camera, or a folder"},
+        "image 0: expected the key 'camera', or a folder"},
        {with("take/cam10/000005.jpg", "cam10/a.jpg"),
-        "image 0: 'a.jpg' holds no frame number"},
+        "image 0: 'a.jpg' contains no frame number"},
        {with("\"image_id\": 13", "\"image_id\": 14"),
-        "annotation 2: image_id 14 is none of the images"},
+        "annotation 2: image_id 14 does not occur in images"},
        {with("[10, 20, 2, 0", "[10, 20, 0"), "annotation 0: keypoints"},
        {with("[2, 3]]", "[2, 4]]"), "skeleton"},
        {with("[2, 3]]", "[127777777777, 3]]"),
@@ -189,7 +189,8 @@ constexpr const char* kHeader =
 TEST(TwoDetectors, AreFusedJointByJoint) {
   const TemporaryFolder folder;
   const std::string header = kHeader;
-  // A box of 300 x 400 px: apart is more than 25 px.
+  // With a box of 300 x 400 px, positions disagree if they are more than 25 px
+  // apart.
   folder.Write("seeds/rng0/cam1.csv", header + "0,100,100,0.9,400,500,0.4\n" +
                                           "1,100,100,0.9,400,500,0.8\n" +
                                           "2,100,100,0.9,,,\n");
@@ -206,10 +207,10 @@ TEST(TwoDetectors, AreFusedJointByJoint) {
   EXPECT_NEAR(JointOf(recording, 0, 0, 0, 0).px.x(), 101.0, 1e-12);
   EXPECT_NEAR(JointOf(recording, 0, 0, 0, 0).confidence, 0.6, 1e-15);
   EXPECT_NEAR(JointOf(recording, 0, 0, 0, 1).px.x(), 405.0, 1e-12);
-  // 40 px apart: the more confident one, supported by one of two.
+  // 40 px apart: the more confident position, from one of two detectors.
   EXPECT_EQ(JointOf(recording, 1, 0, 0, 1).px.x(), 400.0);
   EXPECT_NEAR(JointOf(recording, 1, 0, 0, 1).confidence, 0.4, 1e-15);
-  // Found by one detector only.
+  // Found by a single detector.
   EXPECT_EQ(JointOf(recording, 2, 0, 0, 1).px.x(), 400.0);
   EXPECT_NEAR(JointOf(recording, 2, 0, 0, 1).confidence, 0.25, 1e-15);
 }
@@ -248,16 +249,17 @@ TEST(CaliscopeDetections, OldTablesAreRead) {
   ASSERT_EQ(first.views[0].detections.size(), 1u);
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 11).px, Eigen::Vector2d(110.5, 210.0));
   EXPECT_FALSE(JointOf(recording, 0, 0, 0, 12).found);
-  // Each camera's own time; the frame's is between them, where 6 / 20 Hz is.
+  // Each camera has its own capture time; the frame's time is 6 / 20 Hz.
   EXPECT_EQ(first.time, 300'000'000);
   EXPECT_NEAR(static_cast<double>(first.views[1].capture_time -
                                   first.views[0].capture_time),
               4e6, 1.0);
   EXPECT_TRUE(recording.frames[1].views[1].detections.empty());
-  EXPECT_EQ(CountFound(first.views[1].detections[0]), 1) << "a hand's is left";
+  EXPECT_EQ(CountFound(first.views[1].detections[0]), 1)
+      << "the point of a hand is omitted";
 }
 
-TEST(CaliscopeDetections, NewTablesTakeTimesFromTheFileBeside) {
+TEST(CaliscopeDetections, NewTablesHaveTimesInTimestampsFile) {
   const TemporaryFolder folder;
   const std::string path = folder.Write(
       "xy_CHARUCO.csv",
@@ -277,7 +279,7 @@ TEST(CaliscopeDetections, NewTablesTakeTimesFromTheFileBeside) {
   EXPECT_EQ(recording.frames[0].views[0].detections.size(), 2u) << "objects";
 }
 
-TEST(CaliscopeDetections, AConfiguredRateWins) {
+TEST(CaliscopeDetections, ConfiguredRateHasPrecedence) {
   DetectionReadOptions options;
   options.frame_rate_hz = 50.0;
   const DetectionSequence recording = RecordingIn("xy_POSE.csv", kOld, options);
@@ -285,7 +287,7 @@ TEST(CaliscopeDetections, AConfiguredRateWins) {
   EXPECT_EQ(recording.frames[0].time, 120'000'000);
 }
 
-TEST(CaliscopeDetections, ASessionIsReadFromItsOnlyTable) {
+TEST(CaliscopeDetections, SessionWithASingleTableIsRead) {
   const TemporaryFolder folder;
   folder.Write("s/config.toml", "CreationDate = 2023-05-06\n");
   folder.Write("s/calibration/extrinsic/CHARUCO/xy_CHARUCO.csv", kOld);
@@ -293,7 +295,7 @@ TEST(CaliscopeDetections, ASessionIsReadFromItsOnlyTable) {
   const std::string path = (folder.path() / "s").string();
   EXPECT_THAT(ReadDetections(path).header.skeleton.joints(),
               ElementsAre("point_0", "point_11", "point_105"));
-  // Recordings of people come before the board.
+  // Recordings of people have precedence over the board.
   folder.Write("s/recordings/walk/POSE/xy_POSE.csv", kOld);
   EXPECT_EQ(ReadDetections(path).header.skeleton.name(), MediaPipe33().name());
   folder.Write("s/recordings/run/POSE/xy_POSE.csv", kOld);
@@ -302,7 +304,7 @@ TEST(CaliscopeDetections, ASessionIsReadFromItsOnlyTable) {
   EXPECT_THAT(error, HasSubstr("recordings/walk/POSE/xy_POSE.csv"));
 }
 
-TEST(CaliscopeDetections, ViewsOfIgnoredCamerasAreLeftOut) {
+TEST(CaliscopeDetections, ViewsOfIgnoredCamerasAreOmitted) {
   const TemporaryFolder folder;
   folder.Write("s/xy_POSE.csv", kOld);
   const std::string path = (folder.path() / "s").string();

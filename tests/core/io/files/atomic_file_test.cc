@@ -51,7 +51,7 @@ TEST_F(AtomicFilesTest, AppearOnlyWhenCommitted) {
   EXPECT_THAT(Names(), ElementsAre("out.txt"));
 }
 
-TEST_F(AtomicFilesTest, HaveThePermissionsOfTheUmask) {
+TEST_F(AtomicFilesTest, PermissionsFollowTheUmask) {
   const mode_t before = umask(022);
   WriteTextFile(Path("out.txt"), "");
   umask(before);
@@ -66,7 +66,7 @@ TEST_F(AtomicFilesTest, PathMustBeAFileInAnExistingFolder) {
   }
 }
 
-// A folder appears as a whole, and only replaces an empty one.
+// A folder appears as a whole and replaces only an empty folder.
 TEST_F(AtomicFilesTest, AFolderAppearsWhenCommitted) {
   const auto write_in = [](const AtomicFolder& folder) {
     WriteTextFile(folder.PathOf("a.txt"), "text");
@@ -86,7 +86,7 @@ TEST_F(AtomicFilesTest, AFolderAppearsWhenCommitted) {
   for (const auto& [name, says] :
        {std::pair<std::string, const char*>{path, "exists already"},
         {path + "/a.txt", "exists already"},
-        {path + "/no/where", "cannot be made"},
+        {path + "/no/where", "cannot be created"},
         {"", "empty name"}}) {
     EXPECT_THAT(InputErrorOf([&name = name] { AtomicFolder folder(name); }),
                 HasSubstr(says));
@@ -94,7 +94,7 @@ TEST_F(AtomicFilesTest, AFolderAppearsWhenCommitted) {
   EXPECT_THAT(ListFolder(path), ElementsAre("a.txt"));
 }
 
-TEST_F(AtomicFilesTest, ACommitOfSeveralIsAllOrNothing) {
+TEST_F(AtomicFilesTest, CommitOfSeveralFilesIsAllOrNothing) {
   {
     AtomicFiles files;
     WriteTextFile(files.Aside(Path("a.jsonl")), "tracks");
@@ -147,9 +147,9 @@ TEST_F(AtomicFilesTest, InvalidPathsAreRefusedBeforeWriting) {
   }
 }
 
-// The first file is renamed last: if that fails it is unchanged, and the
-// fingerprints in the others differ from it.
-TEST_F(AtomicFilesTest, TheFirstAppearsAfterTheOthers) {
+// The first file is renamed last. If that fails, it is unchanged and does not
+// match the fingerprints in the other files.
+TEST_F(AtomicFilesTest, TheFirstFileAppearsLast) {
   AtomicFiles files;
   const std::string tracks = files.Aside(Path("a.jsonl"));
   WriteTextFile(tracks, "tracks");
@@ -163,7 +163,7 @@ TEST_F(AtomicFilesTest, TheFirstAppearsAfterTheOthers) {
   EXPECT_NE(FingerprintOfTracks(Path("a.jsonl")), fingerprint);
 }
 
-TEST(ReadBytes, GivesEveryByte) {
+TEST(ReadBytes, ReturnsEveryByte) {
   const testing::TemporaryFolder folder;
   std::string content(300000, 'x');  // more than one read
   content[1000] = '\0';

@@ -23,7 +23,7 @@ class SideFilesTest : public ::testing::Test {
   testing::TemporaryFolder folder_;
 };
 
-TEST_F(SideFilesTest, AreUsedOnlyWithTheTracksOfTheirFingerprint) {
+TEST_F(SideFilesTest, AreUsedOnlyWithMatchingTracks) {
   const std::string tracks = folder_.Write("a.jsonl", "tracks\n");
   const std::string other = folder_.Write("b.jsonl", "other tracks\n");
   const std::string stamped =

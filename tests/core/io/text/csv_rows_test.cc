@@ -30,7 +30,7 @@ TEST(CsvRows, SeparatorsAreRecognised) {
   EXPECT_THAT(RowsOf("\"x,y\";b\n"), ElementsAre(ElementsAre("x,y", "b")));
 }
 
-TEST(CsvRows, DecimalCommasIfTheSeparatorIsNoComma) {
+TEST(CsvRows, DecimalCommasAreReadUnlessTheSeparatorIsAComma) {
   EXPECT_THAT(
       RowsOf("x;y\n-12,5e3;one,two\n"),
       ElementsAre(ElementsAre("x", "y"), ElementsAre("-12.5e3", "one,two")));
@@ -53,7 +53,7 @@ TEST(CsvRows, PlacesAreLineNumbers) {
   EXPECT_FALSE(rows.Next(&row));
 }
 
-TEST(NumberOfCell, NumbersEmptyCellsAndTexts) {
+TEST(NumberOfCell, ReadsNumbersAndEmptyCellsButRejectsTexts) {
   EXPECT_EQ(NumberOfCell(" +1.5 "), 1.5);
   EXPECT_EQ(NumberOfCell("-2e3"), -2000.0);
   EXPECT_EQ(NumberOfCell("  "), std::nullopt);

@@ -57,7 +57,7 @@ TEST(ParseJson, LimitsValues) {
   for (size_t i = 1; i < kMaxJsonValues - 1; ++i) objects += ",{}";
   EXPECT_EQ(ParseJson(objects + "]", "a.json").size(), kMaxJsonValues - 1);
   EXPECT_EQ(JsonError(objects + ",{},{}]"),
-            "a.json: holds more than 1000000 values");
+            "a.json: contains more than 1000000 values");
 }
 
 TEST(ParseJson, ErrorsNameNaNAndInfinityWithTheLine) {
@@ -69,9 +69,9 @@ TEST(ParseJson, ErrorsNameNaNAndInfinityWithTheLine) {
   EXPECT_EQ(ParseJson(R"(["NaN"])", "a.json")[0], "NaN");
 }
 
-// Names come from file systems and from files in Latin-1; TOML wants U+007F
-// escaped, and JSON allows it.
-TEST(DumpJson, TakesAnyBytes) {
+// Names come from file systems and from files in Latin-1. TOML requires U+007F
+// to be escaped, and JSON permits it.
+TEST(DumpJson, AcceptsAnyBytes) {
   const std::string text = "a\xe9\x7f\"\n\xc3\xa9";
   EXPECT_EQ(JsonText(text), "\"a\xef\xbf\xbd\\u007f\\\"\\n\xc3\xa9\"");
   const Json json = ParseJson(DumpJson(Json{{text, text}}, 1), "a.json");
@@ -92,7 +92,7 @@ TEST(JsonField, ErrorsNameTheKeyPath) {
   EXPECT_FALSE(root.Find("d").has_value());
 }
 
-TEST(JsonField, TakesMatricesInEveryShape) {
+TEST(JsonField, ReadsMatricesOfEveryShape) {
   const auto matrix = [](const std::string& text, int rows, int cols) {
     return JsonField(ParseJson(text, "a.json"), "a.json", "M")
         .Matrix(rows, cols);
@@ -111,7 +111,7 @@ TEST(JsonField, TakesMatricesInEveryShape) {
   }
 }
 
-TEST(JsonField, TakesListsOfAnyLength) {
+TEST(JsonField, ReadsListsOfAnyLength) {
   const auto numbers = [](const std::string& text) {
     return JsonField(ParseJson(text, "a.json"), "a.json").Numbers();
   };

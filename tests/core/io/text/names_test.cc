@@ -17,7 +17,7 @@ namespace {
 using ::testing::ElementsAre;
 using testing::ExpectInputError;
 
-TEST(LastInteger, TakesTheLastRunOfDigits) {
+TEST(LastInteger, ReturnsTheLastRunOfDigits) {
   EXPECT_EQ(LastInteger("cam01_json"), 1);
   EXPECT_EQ(LastInteger("00_16"), 16);
   EXPECT_EQ(LastInteger("Camera0"), 0);
@@ -73,7 +73,7 @@ TEST(JointNames, AreRecognisedInManySpellings) {
                                      {"LAnkle (medial)", "LAnkle (medial)"}}) {
     EXPECT_EQ(JointNameOf(label), joint) << label;
   }
-  // Written names read back, for every joint of every built-in skeleton.
+  // Written names are read back, for every joint of every built-in skeleton.
   for (const std::string& name : SkeletonNames()) {
     for (const std::string& joint : FindSkeleton(name)->joints()) {
       EXPECT_EQ(JointNameOf(LongJointName(joint)), joint);
@@ -81,10 +81,10 @@ TEST(JointNames, AreRecognisedInManySpellings) {
   }
 }
 
-TEST(JointNames, AreUniqueHoweverTheyAreSpelt) {
+TEST(JointNames, AreUniqueForAllSpellings) {
   using Names = std::vector<std::string>;
   for (const auto& [labels, joints] : std::vector<std::pair<Names, Names>>{
-           // The exact label wins, and the less exact one keeps its name.
+           // The exact label gets the joint, less exact ones keep their names.
            {{"left_foot", "left_ankle", "right_foot"},
             {"l_foot", "l_ankle", "r_ankle"}},
            {{"LHand", "LWrist", "RHand"}, {"l_hand", "l_wrist", "r_wrist"}},
@@ -98,8 +98,8 @@ TEST(JointNames, AreUniqueHoweverTheyAreSpelt) {
            {{"HEAD", "C7", "LTOE"}, {"HEAD", "C7", "LTOE"}},
            {{"nose", "head", "left_hip", "foot_l", "Tail_0"},
             {"nose", "head", "l_hip", "foot_l", "Tail_0"}},
-           // Our spelling is the most exact; labels without a free name are
-           // kept.
+           // kinegraph's spelling is the most exact; labels without a free
+           // name are kept.
            {{"LAnkle", "l_ankle", "ankle_left"},
             {"LAnkle", "l_ankle", "ankle_left"}},
            {{"foot_l", "l_foot", "ankle.L"}, {"foot_l", "l_foot", "l_ankle"}},
@@ -113,7 +113,7 @@ TEST(JointNames, AreUniqueHoweverTheyAreSpelt) {
       "joints: 'LHip' appears twice");
 }
 
-TEST(JointNames, OfSmplAreRecognised) {
+TEST(JointNames, SmplNamesAreRecognised) {
   EXPECT_THAT(
       OurJointNames(
           {"pelvis",        "left_hip",       "right_hip",    "spine1",
@@ -129,7 +129,7 @@ TEST(JointNames, OfSmplAreRecognised) {
                   "l_hand", "r_hand"));
 }
 
-TEST(JointNames, BonesOfTheFileWin) {
+TEST(JointNames, BonesOfTheFileHavePrecedence) {
   const std::vector<std::string> arm = {"left_shoulder", "left_elbow",
                                         "left_wrist"};
   const Skeleton guessed = SkeletonOfLabels(arm);
@@ -138,7 +138,7 @@ TEST(JointNames, BonesOfTheFileWin) {
   EXPECT_EQ(stated.name(), "arm");
   ASSERT_EQ(stated.bones().size(), 1u);
   EXPECT_EQ(stated.bones()[0].b, 2);
-  // A built-in set keeps its name; other sets cannot have it.
+  // A built-in set of joints keeps its name; other sets cannot have this name.
   const Skeleton known = SkeletonOfLabels(Coco17().joints(), {{0, 1}}, "x");
   EXPECT_EQ(known, Coco17());
   EXPECT_EQ(known.bones().size(), 1u);
@@ -151,7 +151,7 @@ TEST(JointNames, BonesOfTheFileWin) {
 }
 
 // Among markers, "head" and "hip" must not become head_top and mid_hip.
-TEST(JointNames, MarkerNamesReadBack) {
+TEST(JointNames, MarkerNamesAreReadBack) {
   const std::vector<std::string> joints = {"head_top", "head",     "mid_hip",
                                            "hip",      "l_foot",   "l_ankle",
                                            "r_toe",    "r_big_toe"};
@@ -168,7 +168,8 @@ TEST(JointNames, MmposeWholeBodyIsRecognised) {
   for (const std::string& joint : WholeBody133().joints()) {
     labels.push_back(LongJointName(joint));
   }
-  // MMPose's own: face-0 .. face-67, left_hand_root, left_thumb1, ...
+  // MMPose has other names for these points (face-0, left_hand_root, ...); any
+  // names must do.
   for (size_t i = 23; i < labels.size(); ++i) {
     labels[i] = "point-" + std::to_string(i);
   }

@@ -25,7 +25,7 @@ std::string Repeated(const std::string& part, int count) {
   return text;
 }
 
-// Empty if accepted.
+// The error message; empty if the text is accepted.
 std::string TomlError(const std::string& text) {
   try {
     ToJson(ParseToml(text, "a.toml"));
@@ -78,7 +78,7 @@ TEST(ParseToml, AcceptsLongTextsThatAreNotDeep) {
 
 TEST(ParseToml, LimitsValues) {
   EXPECT_THAT(TomlError("a = [" + Repeated("1,", 1000001) + "]"),
-              HasSubstr("a.toml:1: holds more than 1000000 values"));
+              HasSubstr("a.toml:1: contains more than 1000000 values"));
 }
 
 // The guard is tested with the parser that it protects: accepted texts are
@@ -110,7 +110,7 @@ TEST(ParseToml, AcceptedTextsNeedLittleStack) {
   for (const char c : std::string("\"'\\#\n\t[]{},a.\x0b")) {
     pieces.emplace_back(1, c);
   }
-  // Plus the needs of the thread and of the test itself.
+  // 64 kB plus the stack of the thread and of the test itself.
   constexpr size_t kStackBytes = (size_t{64} + 32) << 10;
   int taken = 0;
   OnSmallStack(kStackBytes, [&] {

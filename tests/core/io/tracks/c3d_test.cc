@@ -1,6 +1,6 @@
-// C3D of other programs: byte orders, every convention for the number of
-// frames, missing points, people, segments, rejections; and our writer follows
-// the same conventions.
+// C3D files of other programs: byte orders, every convention for the number of
+// frames, missing points, people, segments, rejections. kinegraph's writer
+// follows the same conventions.
 #include "core/io/tracks/c3d.h"
 
 #include <gmock/gmock.h>
@@ -46,7 +46,7 @@ class C3dMaker {
     last_ = last;
     return *this;
   }
-  // Values in a frame, with `samples` samples of each channel.
+  // Analog values per frame, with `samples` samples of each channel.
   C3dMaker& Analog(int values, int samples = 0) {
     analog_ = values;
     samples_ = samples;
@@ -84,7 +84,7 @@ class C3dMaker {
   C3dMaker& Labels(const std::vector<std::string>& labels) {
     return Texts("POINT:LABELS", labels);
   }
-  // In the file's unit.
+  // Adds a point in the file's unit.
   C3dMaker& Point(double x, double y, double z, int word = 0) {
     for (const double value : {x, y, z}) Value(is_float_ ? value : value / 0.5);
     return Value(word);
@@ -97,13 +97,13 @@ class C3dMaker {
     data_ += bytes;
     return *this;
   }
-  // A rotation by columns, an origin and a reliability.
+  // Adds a segment: rotation by columns, origin and reliability.
   C3dMaker& Matrix(const Eigen::Matrix4d& matrix, double reliability) {
     for (int i = 0; i < 16; ++i) data_ += Float(matrix(i % 4, i / 4));
     data_ += Float(reliability);
     return *this;
   }
-  // Up to the next block.
+  // Pads the data to the next block.
   C3dMaker& Pad() {
     data_.resize((data_.size() + 511) / 512 * 512, '\0');
     return *this;
@@ -175,7 +175,7 @@ class C3dMaker {
   std::string data_;
 };
 
-// One point, `count` frames; point and frame f at x = f + 1 mm.
+// One point in `count` frames; in frame f it is at x = f + 1 mm.
 C3dMaker OnePoint(int first, int last, int count) {
   C3dMaker maker;
   maker.Header(1, first, last).Labels({"nose"});
@@ -183,7 +183,7 @@ C3dMaker OnePoint(int first, int last, int count) {
   return maker;
 }
 
-// By two words each: the frames from `start` to `end`.
+// Specifies the frames from `start` to `end`, as two words each.
 C3dMaker Trial(C3dMaker maker, int start, int end) {
   return maker.Words("TRIAL:ACTUAL_START_FIELD", {start & 0xFFFF, start >> 16})
       .Words("TRIAL:ACTUAL_END_FIELD", {end & 0xFFFF, end >> 16});
@@ -281,7 +281,7 @@ TEST_F(TracksC3d, UnitsAxesAndErrors) {
   EXPECT_THAT(error(), HasSubstr("byte order"));
 }
 
-// ---- how many frames ----
+// ---- Number of frames ----
 
 TEST_F(TracksC3d, EveryConventionForLongFiles) {
   constexpr int kLong = 66'000;
@@ -315,7 +315,7 @@ TEST_F(TracksC3d, EveryConventionForLongFiles) {
   }
 }
 
-TEST_F(TracksC3d, FrameCountsAboutTheLimitOfAWord) {
+TEST_F(TracksC3d, FrameCountsNearTheLimitOfAWord) {
   for (const int count : {65534, 65535, 65536}) {
     const int last = std::min(count, 65535);
     C3dMaker maker = OnePoint(1, last, count);
@@ -327,7 +327,7 @@ TEST_F(TracksC3d, FrameCountsAboutTheLimitOfAWord) {
       << "a full word means 65535 or more";
 }
 
-TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
+TEST_F(TracksC3d, FileSizeResolvesContradictoryFrameCounts) {
   const auto frames = [](int first, int last, int words) {
     return OnePoint(first, last, 90).Words("POINT:FRAMES", {words}).Pad();
   };
@@ -336,21 +336,23 @@ TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
   EXPECT_EQ(First(frames(5, 0, 90)), 4);
   // FRAMES = 0: the header specifies it.
   EXPECT_EQ(Count(frames(1, 90, 0)), 90u);
-  // Neither: to the end.
+  // Neither specifies it: the frames extend to the end of the file.
   EXPECT_EQ(Count(OnePoint(0, 0, 90)), 90u);
-  // The header, or FRAMES, keeps the numbers of the recording that was cut.
+  // The header, or FRAMES, has the number of frames before the recording was
+  // trimmed.
   EXPECT_EQ(Count(frames(1, 500, 90)), 90u);
   EXPECT_EQ(Count(frames(1, 90, 500)), 90u);
   // One block more than stated is consistent.
   EXPECT_EQ(Count(OnePoint(1, 90, 90).Pad().Raw(std::string(512, '\7'))), 90u);
-  EXPECT_THAT(ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {300})),
-              HasSubstr("is of 300 frames (POINT:FRAMES) or 200 (the header), "
-                        "and has room for 90"));
+  EXPECT_THAT(
+      ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {300})),
+      HasSubstr("specifies 300 frames (POINT:FRAMES) and 200 frames (the "
+                "header), but has space for 90"));
   EXPECT_THAT(ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {200})),
               HasSubstr("is cut off"));
 }
 
-TEST_F(TracksC3d, TheFirstFrame) {
+TEST_F(TracksC3d, FirstFrameFromHeaderOrTrial) {
   EXPECT_EQ(First(OnePoint(101, 150, 50)), 100) << "a trimmed file";
   EXPECT_EQ(First(OnePoint(0, 49, 50)), 0) << "a writer that counts from 0";
   EXPECT_EQ(First(Trial(OnePoint(1, 50, 50), 101, 150)), 100);
@@ -469,7 +471,7 @@ TEST_F(TracksC3d, LabelsOfAnyKind) {
       << "Latin-1 and UTF-8 in one file";
 }
 
-TEST_F(TracksC3d, ModelOutputsAreNoJoints) {
+TEST_F(TracksC3d, ModelOutputsAreNotJoints) {
   const C3dMaker maker = C3dMaker()
                              .Texts("POINT:ANGLES", {"LHipAngles"})
                              .Texts("POINT:POWERS", {"LHipPower"})
@@ -479,7 +481,7 @@ TEST_F(TracksC3d, ModelOutputsAreNoJoints) {
             Names{"LKNE"});
   EXPECT_THAT(
       InputErrorOf([&] { ReadLabels(folder_, maker, {"LHipAngles"}); }),
-      HasSubstr("has angles or other results of a model, and no points"));
+      HasSubstr("has angles or other results of a model, but no points"));
 }
 
 // Dense poses of people without a joint in common would outgrow the file.
@@ -489,13 +491,13 @@ TEST_F(TracksC3d, PeopleWithoutJointsInCommon) {
     labels.push_back("A" + std::to_string(i) + ":B" + std::to_string(i));
   }
   EXPECT_THAT(InputErrorOf([&] { ReadLabels(folder_, C3dMaker(), labels); }),
-              HasSubstr("names 65 people and 65 joints"));
+              HasSubstr("has 65 people and 65 joints in all"));
   labels.pop_back();
   EXPECT_EQ(ReadLabels(folder_, C3dMaker(), labels).frames[0].people.size(),
             64u);
 }
 
-TEST_F(TracksC3d, MoreLabelsThanAParameterHolds) {
+TEST_F(TracksC3d, MoreLabelsThanFitIntoAParameter) {
   constexpr int kPoints = 600;
   C3dMaker maker;
   maker.Header(kPoints, 1, 1);
@@ -544,7 +546,7 @@ TEST_F(TracksC3d, PeopleByPrefixes) {
                        .Words("SUBJECTS:USES_PREFIXES", {1}),
                    {"A_C7", "B_C7"}),
             "0: C7; 1: C7; Anna Ben ");
-  // A file that states no subjects, with a colon in a joint's name.
+  // A file without prefixes, with a colon in the name of a joint.
   const C3dMaker anna = C3dMaker()
                             .Texts("SUBJECTS:NAMES", {"Anna"})
                             .Words("SUBJECTS:USES_PREFIXES", {0});
@@ -560,7 +562,7 @@ TEST_F(TracksC3d, PeopleByPrefixes) {
 
 // ---- segments ----
 
-TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
+TEST_F(TracksC3d, SegmentsHavePosesAndOriginsAreJoints) {
   Eigen::Matrix4d shank = Eigen::Matrix4d::Identity();
   shank.topLeftCorner<3, 3>() =
       Eigen::AngleAxisd(0.5, Vector3d::UnitX()).toRotationMatrix();
@@ -610,8 +612,8 @@ TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
   }
 }
 
-// Channel c holds c newtons. Rows of channels have the length for a plate of
-// eight channels, for all types of plates.
+// Channel c contains c newtons. For all types of plates, rows of channels are
+// as long as for a plate with eight channels.
 TEST_F(TracksC3d, ForcePlatesOfEveryType) {
   const std::vector<std::pair<int, std::pair<double, double>>> loads = {
       {1, {3.0, 11.0}}, {2, {3.0, 11.0}}, {3, {26.0, 58.0}}, {4, {3.0, 11.0}}};
@@ -654,7 +656,7 @@ TEST_F(TracksC3d, SegmentsAfterPoints) {
   EXPECT_TRUE(ReadSegments(Put(OnePoint(1, 9, 9).Make())).frames.empty());
 }
 
-// Theia3D's file and a person's markers, of one recording.
+// Theia3D's file and a person's markers of the same recording.
 TEST_F(TracksC3d, TheiaSegmentsAreAtTheMarkers) {
   KINEGRAPH_DATA_OR_SKIP(folder, "markers/qualisys_theia");
   const TrackSequence theia = ReadTracks(folder + "/dynamic_1_theia.c3d");
@@ -671,8 +673,8 @@ TEST_F(TracksC3d, TheiaSegmentsAreAtTheMarkers) {
     if (found == joints.end() || people.empty()) return Joint3d();
     return people[0].joints[static_cast<size_t>(found - joints.begin())];
   };
-  // The median distance of the origin from the middle of the joint's markers,
-  // by an independent script, in the data's README.
+  // Median distances of the origin from the middle of the joint's markers,
+  // computed by an independent script (README of the data).
   for (const auto& [segment, out, in, median_mm] :
        {std::tuple{"l_larm", "LElbowOut", "LElbowIn", 23.7},
         {"r_larm", "RElbowOut", "RElbowIn", 21.0},
@@ -696,7 +698,7 @@ TEST_F(TracksC3d, TheiaSegmentsAreAtTheMarkers) {
   }
 }
 
-// ---- written here ----
+// ---- Files written by kinegraph ----
 
 TrackSequence NosesAt(const std::vector<Vector3d>& positions_m) {
   TrackSequence tracks;
@@ -713,7 +715,7 @@ TrackSequence NosesAt(const std::vector<Vector3d>& positions_m) {
   return tracks;
 }
 
-TEST_F(TracksC3d, WritesMoreFramesThanAWordCounts) {
+TEST_F(TracksC3d, WritesMoreFramesThanAWordCanCount) {
   const std::string path = folder_.path() / "long.c3d";
   for (const size_t count : {size_t{65534}, size_t{65535}, size_t{65600}}) {
     testing::WriteAs(
@@ -730,7 +732,7 @@ TEST_F(TracksC3d, WritesMoreFramesThanAWordCounts) {
     }
     EXPECT_EQ(named, 3);
     EXPECT_EQ(ReadTracks(path).frames.size(), count);
-    // By each of the conventions alone, and by the size.
+    // The count follows from each of the conventions alone, and from the size.
     for (const char* gone : {"TRIAL", "LONG_FRAMES"}) {
       const size_t at = bytes.find(gone);
       if (at == std::string::npos) continue;
@@ -742,7 +744,7 @@ TEST_F(TracksC3d, WritesMoreFramesThanAWordCounts) {
   }
 }
 
-TEST_F(TracksC3d, AJointAtTheOriginIsNoMissingPoint) {
+TEST_F(TracksC3d, JointAtTheOriginIsNotMissing) {
   const std::string path = folder_.path() / "origin.c3d";
   testing::WriteAs("c3d", path,
                    NosesAt({Vector3d::Zero(), Vector3d(0.0, 0.0, 0.5)}));

@@ -43,7 +43,7 @@ TEST(TrackFormats, NamesAndExtensionsAreUnique) {
 }
 
 // Recognition does not depend on the order of the registry.
-TEST(TrackFormats, OnlyItsOwnFormatRecognisesAResult) {
+TEST(TrackFormats, OnlyTheWrittenFormatRecognisesAFile) {
   for (const TrackFormat& written : TrackFormats()) {
     if (written.write == nullptr) continue;
     const TemporaryFolder folder;
@@ -63,14 +63,14 @@ TEST(TrackFormats, OnlyItsOwnFormatRecognisesAResult) {
     if (written.name != "bvh") options.skeleton = Coco17();
     const TrackSequence read = ReadTracks(path, options);
     const TrackFormat* of_mode = FindTrackFormat(read.header.mode);
-    // Our format keeps the mode of the tracks' origin.
+    // kinegraph's format stores the mode with which the tracks were made.
     EXPECT_TRUE(of_mode == nullptr || of_mode == &written) << written.name;
-    // Some formats leave out the frame without people.
+    // Some formats omit the frame without people.
     EXPECT_GE(read.frames.size(), 9u) << written.name;
   }
 }
 
-TEST(TrackFormats, AnUnknownNameListsTheKnownOnes) {
+TEST(TrackFormats, ErrorForAnUnknownNameListsKnownNames) {
   TrackReadOptions options;
   options.format = "trk";
   EXPECT_THAT([&] { ReadTracks("/nowhere", options); },
@@ -80,7 +80,7 @@ TEST(TrackFormats, AnUnknownNameListsTheKnownOnes) {
 
 // ---- names of people ----
 
-// Persons 3 and 12, standing for two frames.
+// Persons 3 and 12 stand for two frames.
 TrackSequence Tracks() {
   TrackSequence tracks;
   tracks.header.skeleton = Coco17();
@@ -109,7 +109,7 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
       const std::string path = folder.path() / "tracks";
       WriteAs(format, path, Tracks(), {std::nullopt, names});
       EXPECT_EQ(ReadPersonNames(path), names) << format;
-      // The tracks are read even where names are not.
+      // The tracks can be read without the names.
       const TrackSequence read = ReadTracks(path);
       ASSERT_EQ(read.frames.size(), 2u) << format;
       ASSERT_EQ(read.frames[1].people.size(), 2u) << format;
@@ -120,7 +120,7 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
   EXPECT_TRUE(ReadPersonNames(folder.Write("text.txt", "nothing\n")).empty());
 }
 
-TEST(PersonNames, ArePartOfTheNamesOfPeoplesFiles) {
+TEST(PersonNames, ArePartOfFileNames) {
   const TemporaryFolder folder;
   for (const std::string format : {"trc", "bvh"}) {
     const std::string path = folder.path() / format;
@@ -132,14 +132,14 @@ TEST(PersonNames, ArePartOfTheNamesOfPeoplesFiles) {
     EXPECT_EQ(ReadPersonNames(path),
               (PersonNames{{TrackId(12), "Anna-P-7-Ö"}}));
     const TrackSequence read = ReadTracks(path);
-    // In the order of the files' names.
+    // People are in the order of the file names.
     ASSERT_EQ(read.frames[0].people.size(), 2u);
     EXPECT_EQ(read.frames[0].people[0].id, TrackId(12));
     EXPECT_EQ(read.frames[0].people[1].id, TrackId(3));
   }
 }
 
-TEST(PersonNames, InvalidOnesAreRefused) {
+TEST(PersonNames, InvalidNamesAreRefused) {
   const TemporaryFolder folder;
   for (const char* names : {"{\"Anna\": 3}", "{\"x\": \"Anna\"}", "[1]", "7"}) {
     const std::string path = folder.Write(

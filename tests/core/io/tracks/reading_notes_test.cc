@@ -34,7 +34,7 @@ std::optional<AxesNote> NoteOf(const TrackSequence& tracks,
                       axes);
 }
 
-TEST(ReadingNotes, TurnedWorldsAreNotedWithTheCorrectingAxes) {
+TEST(ReadingNotes, RotatedWorldsAreNotedWithCorrectingAxes) {
   EXPECT_FALSE(NoteOf(Walk(), "trc").has_value());
   EXPECT_FALSE(NoteOf(Walk(), "c3d").has_value());
   struct World {
@@ -58,7 +58,7 @@ TEST(ReadingNotes, TurnedWorldsAreNotedWithTheCorrectingAxes) {
       if (format != "c3d") {
         EXPECT_EQ(note->axes, world.y_up_axes);
       }
-      // The recommended flag corrects it and removes the note.
+      // The recommended flag corrects the axes and removes the note.
       const AxisMap axes = AxisMap::Parse(note->axes);
       const Vector3d shown = axes.Apply(world.from_upright * Vector3d::UnitZ());
       const Vector3d expected =
@@ -66,7 +66,7 @@ TEST(ReadingNotes, TurnedWorldsAreNotedWithTheCorrectingAxes) {
       EXPECT_LT((shown - expected).norm(), 1e-12);
       EXPECT_FALSE(NoteOf(tracks, format, axes).has_value());
     }
-    EXPECT_FALSE(NoteOf(tracks, "csv").has_value()) << "shows no way up";
+    EXPECT_FALSE(NoteOf(tracks, "csv").has_value()) << "has no upward axis";
   }
 }
 
@@ -79,7 +79,7 @@ TEST(ReadingNotes, TiltedWorlds) {
   EXPECT_EQ(note->axes, "") << "tilted away from every axis";
 }
 
-TEST(ReadingNotes, LyingAndHandstandAreNoTurnedWorld) {
+TEST(ReadingNotes, LyingAndHandstandAreNotRotatedWorlds) {
   // On the back, on the floor and on a bed.
   for (const double height_m : {0.1, 0.7}) {
     TrackSequence lying = Walk();
@@ -115,7 +115,7 @@ TEST(ReadingNotes, LyingAndHandstandAreNoTurnedWorld) {
 }
 
 TEST(ReadingNotes, CamerasMustAgree) {
-  // Images whose rows run against the world's z, and against its y.
+  // Cameras whose image rows run along the world's -z, and along its y.
   CameraParameters parameters;
   parameters.name = "a";
   parameters.K << 900, 0, 640, 0, 900, 360, 0, 0, 1;
@@ -136,7 +136,7 @@ TEST(ReadingNotes, AnimalsGiveNoNote) {
   EXPECT_FALSE(NoteOf(tracks, "trc").has_value());
 }
 
-// 1.4 m from neck to ankle, as Blender writes it.
+// A person of 1.4 m from neck to ankle, as Blender writes it.
 std::string Bvh(double unit_m) {
   const auto number = [unit_m](double m) { return std::to_string(m / unit_m); };
   const auto joint = [&](const std::string& name, double x, double y,
@@ -166,7 +166,7 @@ std::string Bvh(double unit_m) {
          "\n";
 }
 
-TEST(ReadingNotes, UnitsThatFormatsDoNotState) {
+TEST(ReadingNotes, UnitsThatFormatsDoNotSpecify) {
   const TemporaryFolder folder;
   const std::string cm = folder.Write("cm.bvh", Bvh(0.01));
   const std::string m = folder.Write("m.bvh", Bvh(1.0));
@@ -180,7 +180,7 @@ TEST(ReadingNotes, UnitsThatFormatsDoNotState) {
   const TrackSequence scaled = ReadTracks(m, metres);
   EXPECT_EQ(UnitNote(m, metres, scaled), "");
   for (size_t j = 0; j < 8; ++j) {
-    // Six digits of metres.
+    // Numbers have six decimals [m].
     EXPECT_LT((scaled.frames[0].people[0].joints[j].position_m -
                right.frames[0].people[0].joints[j].position_m)
                   .norm(),
@@ -195,7 +195,7 @@ TEST(ReadingNotes, UnitsThatFormatsDoNotState) {
       folder.Write("a.csv", "frame,time_s,id,joint,x_m,y_m,z_m,status\n");
   EXPECT_THAT(
       InputErrorOf([&] { ReadTracks(csv, metres); }),
-      HasSubstr("a.csv: is csv, which specifies its unit; --unit belongs "
+      HasSubstr("a.csv: is csv, which specifies its unit; --unit applies "
                 "to tracks of npz, bvh"));
 }
 

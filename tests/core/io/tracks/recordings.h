@@ -33,8 +33,8 @@ inline LostFields WriteAs(const std::string& format, const std::string& path,
   return lost_fields;
 }
 
-// Three people who come and go, one frame without people, numbers of full
-// precision, every status. Frames have no gaps.
+// Three people who appear and disappear, one frame without people, numbers of
+// full precision, every status. Frames have no gaps.
 inline TrackSequence RandomTracks(const Skeleton& skeleton) {
   Random random(11);
   TrackSequence tracks;
@@ -69,8 +69,8 @@ inline TrackSequence RandomTracks(const Skeleton& skeleton) {
   return tracks;
 }
 
-// A person who walks two metres along x; each pose is changed by `turn`, then
-// moved by `world`.
+// A person who walks two metres along x. Each pose is changed by `turn`, and
+// rotated by `world`.
 inline TrackSequence Walk(
     const Eigen::Matrix3d& world = Eigen::Matrix3d::Identity(),
     const std::function<void(PosedPerson*)>& turn = {}) {
@@ -94,7 +94,7 @@ inline TrackSequence Walk(
   return tracks;
 }
 
-// ---- Bodies that are rigid, for formats of animation ----
+// ---- Bodies with constant bone lengths, for animation formats ----
 
 inline JointTree TreeOf(const Skeleton& skeleton) {
   return MakeJointTree(skeleton,
@@ -112,8 +112,8 @@ inline Eigen::Quaterniond Swing(size_t joint, int64_t frame) {
       std::sin(0.3 * static_cast<double>(frame) + phase), axis.normalized()));
 }
 
-// Offsets of an asymmetric body, except where a joint is the middle of two
-// others.
+// Offsets of an asymmetric body, except for hips and shoulders, whose middle
+// may be a joint.
 inline std::vector<Eigen::Vector3d> OffsetsOf(const JointTree& tree,
                                               double size_m) {
   std::vector<Eigen::Vector3d> offsets_m(tree.size(), Eigen::Vector3d::Zero());

@@ -1,5 +1,5 @@
-// Tracks written in every format and read back: preserved data are
-// bit-identical, lost data are reported as lost.
+// Tracks are written in every format and read back: preserved data is
+// bit-identical, and lost data is reported.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -126,9 +126,9 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"tum", &Tum14()}),
     [](const auto& format) { return format.param.format; });
 
-// ---- Peculiarities of single formats
+// ---- Peculiarities of individual formats
 
-// Pose2Sim's own files: the world's axes come from its (Y up).
+// Pose2Sim's own files, in which Y is up; it becomes the world's z.
 TEST(TracksTrc, Pose2SimFilesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(peers, "pose2sim/peer_result");
   struct Peer {
@@ -154,7 +154,8 @@ TEST(TracksTrc, Pose2SimFilesAreRead) {
               person.joints[static_cast<size_t>(ankle)].position_m.z() + 1.0)
         << "z is up again";
   }
-  // The folder: names repeat persons, so they are counted in order.
+  // In the folder several names have the same person number, so people are
+  // numbered in order.
   EXPECT_EQ(ReadTracks(peers).frames[0].people.size(), 6u);
 }
 
@@ -182,7 +183,7 @@ TEST(TracksTrc, MillimetresAxesAndGaps) {
   EXPECT_EQ(tracks.frames[1].time, 10'000'000);
 }
 
-// Laboratories count from 1; a trimmed file keeps its numbers and times.
+// Laboratories count from 1. A trimmed file may keep its numbers and times.
 TEST(TracksTrc, FirstFrameFollowsTheTimeOfTheFirstRow) {
   const TemporaryFolder folder;
   const auto first_frame = [&](const std::string& start,
@@ -254,7 +255,7 @@ TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
     EXPECT_THAT(InputErrorOf([&] {
                   ReadTracks(folder.Write("x.trc", replaced('\t', separator)));
                 }),
-                HasSubstr("expected tabulators between cells"));
+                HasSubstr("expected tabs between cells"));
   }
 }
 
@@ -273,7 +274,7 @@ void ExpectErrors(const std::string& name, const std::string& header,
 TEST(TracksTrc, ErrorsNameFileAndLine) {
   ExpectErrors(
       "walk.trc", kTrcHeader,
-      {{"1\t0.0\t1\t2\t3\n", "NumFrames says 2"},
+      {{"1\t0.0\t1\t2\t3\n", "NumFrames is 2"},
        {"1\t0.0\t1\t2\n", "walk.trc: line 6: found 4 cells, expected 5"},
        {"1\t0.0\t1\t2\tx\n", "line 6: found the text 'x', expected a number"},
        {"1\t0,0\t1\t2\t3\n",
@@ -341,8 +342,7 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
        {row + "1,0,1,a,1,2,3,observed\n" + row, "person 0 appears twice"}});
 }
 
-// Arrays written by NumPy itself.
-TEST(TracksNpz, ReadsArraysOfNumpy) {
+TEST(TracksNpz, ReadsArraysWrittenByNumpy) {
   if (!testing::HasPython("numpy"))
     GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   const TemporaryFolder folder;
@@ -369,7 +369,7 @@ TEST(TracksNpz, ReadsArraysOfNumpy) {
             Eigen::Vector3d(21, 22, 23));
   ASSERT_EQ(write("savez_compressed"), 0);
   EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }),
-              HasSubstr("is compressed, expected numpy.savez"));
+              HasSubstr("is compressed, expected an archive of numpy.savez"));
 }
 
 TEST(TracksPanoptic, JointsAreMappedByName) {
@@ -454,7 +454,7 @@ TEST(TrackExport, TrcRefusesWhatItCannotExpress) {
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
 }
 
-TEST(NpzFile, CrcIsThatOfTheCatalogue) {
+TEST(NpzFile, CrcMatchesCatalogueValue) {
   // The check value of the catalogue of CRC algorithms (CRC-32/ISO-HDLC).
   EXPECT_EQ(Crc32("123456789"), 0xCBF43926u);
   EXPECT_EQ(Crc32(""), 0u);
@@ -478,7 +478,7 @@ TEST(TrackExport, NumpyReadsTheArrays) {
   const std::string npz = folder.path() / "tracks.npz";
   const std::string csv = folder.path() / "tracks.csv";
   WriteAs("npz", npz, tracks);
-  // The table holds the same bits and is compared with.
+  // The CSV table contains the same bits and is the reference.
   WriteAs("csv", csv, tracks);
   ExpectPython(folder, R"(
 import csv, zipfile, numpy as np

@@ -1,5 +1,5 @@
-// Readers of results and ground truth on the real data: counts against the
-// READMEs, and against each other where two files hold the same data.
+// Reads results and ground truth of real data. Counts are compared with the
+// READMEs, and files with each other if they contain the same data.
 #include "core/io/tracks/tracks.h"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ int CountMissingJoints(const TrackSequence& sequence) {
   return count;
 }
 
-// Person-frames of each id within first .. last.
+// Number of person-frames of each id in the frames first .. last.
 std::map<int64_t, int> CountById(const TrackSequence& sequence, int64_t first,
                                  int64_t last) {
   std::map<int64_t, int> counts;
@@ -56,7 +56,7 @@ struct RealFile {
   int missing_joints;
 };
 
-// A missing file is skipped alone.
+// Skips only this file if it is missing.
 void ExpectCounts(const RealFile& file) {
   KINEGRAPH_DATA_OR_SKIP(path, file.path);
   const TrackSequence tracks = ReadTracks(path);
@@ -67,7 +67,7 @@ void ExpectCounts(const RealFile& file) {
   EXPECT_EQ(CountMissingJoints(tracks), file.missing_joints) << path;
 }
 
-TEST(ReadTracks, CountsEqualThoseOfTheReadmes) {
+TEST(ReadTracks, CountsMatchReadmes) {
   const Skeleton* const coco = &Coco17();
   const std::string peers = "shelf/peers/";
   for (const RealFile& file : std::vector<RealFile>{
@@ -107,7 +107,7 @@ TEST(ReadTracks, TumActors) {
   EXPECT_TRUE(truth.frames[600].people.empty());
 }
 
-TEST(ReadTracks, FourDAssociationTruthEqualsThatOfTum) {
+TEST(ReadTracks, FourDAssociationTruthEqualsTumTruth) {
   KINEGRAPH_DATA_OR_SKIP(mat, "shelf/tum/actorsGT.mat");
   KINEGRAPH_DATA_OR_SKIP(text, "shelf/raw/gt.txt");
   const TrackSequence truth = ReadTracks(mat);
@@ -128,8 +128,8 @@ TEST(ReadTracks, FourDAssociationTruthEqualsThatOfTum) {
       }
     }
   }
-  // The text has six significant digits: half a unit of the sixth of a number
-  // below 10 m is 5e-6 m an axis, 8.7e-6 m in space.
+  // The text has six significant digits: for a number below 10 m, half a unit
+  // of the sixth digit is 5e-6 m per axis, 8.7e-6 m in space.
   EXPECT_LT(worst_m, 1e-5);
 }
 
@@ -163,7 +163,7 @@ TEST(ReadTracks, LongcwAnnotation) {
   }
 }
 
-TEST(ReadTracks, LongcwResultWithIdsBeyondEveryInteger) {
+TEST(ReadTracks, LongcwIdsBeyondIntegersAreRenumbered) {
   KINEGRAPH_DATA_OR_SKIP(path, "campus/result_3d.json");
   const TrackSequence result = ReadTracks(path);
   EXPECT_EQ(result.frames.back().frame, 1814);  // 72.56 s
@@ -212,7 +212,7 @@ TEST(ReadTracks, LongcwIdsAreKeptWhenAllAreSmall) {
   };
   const TemporaryFolder folder;
   const auto ids = [&](const std::string& a, const std::string& b) {
-    // 0.0601 s is nearest to frame 2 (0.08 s), and stays the frame's time.
+    // 0.0601 s is nearest to frame 2 (0.08 s), and remains the frame's time.
     const TrackSequence tracks = ReadTracks(folder.Write(
         "t.json", "[" + frame("0.0", a) + ", " + frame("0.0601", b) + "]"));
     EXPECT_EQ(tracks.frames[1].frame, 2);

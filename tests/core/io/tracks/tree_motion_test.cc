@@ -36,8 +36,8 @@ using testing::TemporaryFolder;
 using testing::TreeOf;
 using testing::WriteAs;
 
-// The largest distance of joints that BVH's reader finds, by its own forward
-// kinematics, from those of the tracks [m].
+// The largest distance [m] of joints from those of the tracks, as found by
+// BVH's reader, which has its own forward kinematics.
 double WorstInBvh(const std::string& path, const TrackSequence& tracks) {
   const TrackSequence read = ReadTracks(path);
   const Skeleton ours = WithOurNames(tracks.header.skeleton);
@@ -58,7 +58,7 @@ double WorstInBvh(const std::string& path, const TrackSequence& tracks) {
   return worst_m;
 }
 
-// A .gltf: numbers of an accessor, joints of the first skin by name.
+// Reads a .gltf: numbers of an accessor, and joints of the first skin by name.
 class GltfFile {
  public:
   explicit GltfFile(const std::string& path)
@@ -79,8 +79,8 @@ class GltfFile {
     return numbers;
   }
 
-  // Joints of a person's row by rotations alone, from the rest pose of the skin
-  // and the root's position.
+  // Joint positions in a row that follow from rotations alone, the rest pose of
+  // the skin and the root's position.
   std::map<std::string, Vector3d> ByRotations(size_t row) const {
     const Json& skin = json_["skins"][0];
     const std::vector<float> inverses = Numbers(skin["inverseBindMatrices"]);
@@ -144,7 +144,7 @@ class GltfFile {
   std::string bytes_;
 };
 
-// Pairs of joints, one after the other.
+// Bones from a list of pairs of joints.
 std::vector<Bone> Bones(const std::vector<int>& ends) {
   std::vector<Bone> bones;
   for (size_t i = 0; i < ends.size(); i += 2) {
@@ -183,10 +183,12 @@ class TreeMotionTest : public ::testing::Test {
   const std::string gltf_ = folder_.path() / "take.gltf";
 };
 
-// Six digits of centimetres and degrees along at most ten bones of 0.25 m.
+// Error of centimetres and degrees with six decimals, along at most ten bones
+// of 0.25 m.
 constexpr double kBvhDigits_m = 1e-6;
 
-// A single frame defines the shape; mirror images are rigid too.
+// Also for a single frame, which defines the shape, and for mirror images,
+// which are rigid too.
 TEST_F(TreeMotionTest, BvhReproducesEveryJointOfARigidBody) {
   for (const Skeleton& skeleton : AllSkeletons()) {
     for (const auto& [frames, side] : {std::pair(40, 1), {1, 1}, {30, -1}}) {
@@ -220,14 +222,15 @@ TEST_F(TreeMotionTest, GltfRotationsReproduceEveryJointOfARigidBody) {
                            (found.at(skeleton.joints()[j]) - expected).norm());
       }
     }
-    // Ten links of at most 0.25 m, each rotation, of four floats, to 2^-23, the
-    // root at 1 m to 2^-24: 10 * 10 / 2 * 0.25 m * 2^-23 + 2^-24 m, and a mean
-    // shape whose angles are known to some ten digits.
+    // Along ten links of at most 0.25 m, with rotations of four floats accurate
+    // to 2^-23 and the root at 1 m accurate to 2^-24, the error is 10 * 10 / 2
+    // * 0.25 m * 2^-23 + 2^-24 m. The angles of the mean shape are accurate to
+    // some ten digits.
     EXPECT_LT(worst_m, 2e-5) << skeleton.name();
   }
 }
 
-// Without the joints in the frames from `begin` on and before `end`.
+// Tracks without these joints in the frames from `begin` to `end` - 1.
 TrackSequence WithoutJoints(const Skeleton& skeleton,
                             const std::vector<std::string>& joints,
                             int64_t frames = 20, int64_t begin = 0,
@@ -242,8 +245,8 @@ TrackSequence WithoutJoints(const Skeleton& skeleton,
   return tracks;
 }
 
-// Missing joints do not affect observed ones: hips, whose middle is the root,
-// and all but one joint of a hand.
+// Missing joints do not affect observed joints. Missing are the hips, whose
+// middle is the root, and all but one joint of a hand.
 TEST_F(TreeMotionTest, JointsMissingInSomeFrames) {
   const TrackSequence truth = WithoutJoints(
       MediaPipe33(), {"l_hip", "r_hip", "l_pinky", "l_thumb"}, 40, 10, 20);
@@ -264,14 +267,14 @@ TEST_F(TreeMotionTest, JointsMissingInSomeFrames) {
     return Vector3d(at("l_index") - at("l_wrist")).normalized();
   };
   for (size_t f = 0; f < 40; ++f) {
-    // A single direction is changed by the weight of the rotation between
-    // frames, a millionth.
+    // The rotation interpolated in time, with a weight of a millionth, slightly
+    // changes a single direction.
     EXPECT_LT((finger(read, f) - finger(truth, f)).norm(), 2e-6) << f;
   }
 }
 
-// Length of the bone to each joint at rest, from the text [cm]. Pivots, which
-// have none, are left out.
+// Length [cm] of the bone to each joint in the rest pose, from the text.
+// Pivots, which have no length, are omitted.
 std::map<std::string, double> OffsetLengths(const std::string& bvh) {
   std::map<std::string, double> lengths;
   std::istringstream words(bvh);
@@ -297,7 +300,7 @@ TEST_F(TreeMotionTest, LengthsOfUnseenLegsFollowFromStature) {
               Contains(HasSubstr("never seen: l_knee, l_ankle, r_knee, ")));
   EXPECT_THAT(lost_fields, Contains(HasSubstr("Drillis and Contini")));
   EXPECT_THAT(lost_fields,
-              Not(Contains(HasSubstr("missing joints got a place"))));
+              Not(Contains(HasSubstr("missing joints were interpolated"))));
   const auto lengths = OffsetLengths(ReadTextFile(bvh_));
   for (const auto& [joint, length_cm] : lengths) {
     EXPECT_GT(length_cm, 0.1) << joint;
@@ -308,7 +311,7 @@ TEST_F(TreeMotionTest, LengthsOfUnseenLegsFollowFromStature) {
   EXPECT_EQ(lengths.at("l_knee"), lengths.at("r_knee"));
 }
 
-TEST_F(TreeMotionTest, LengthsOfAnUnseenLegAreThoseOfTheOther) {
+TEST_F(TreeMotionTest, UnseenLegHasTheLengthsOfTheOtherLeg) {
   WriteAs("bvh", bvh_,
           WithoutJoints(Halpe26(), {"l_knee", "l_ankle", "l_heel", "l_big_toe",
                                     "l_small_toe"}));
@@ -332,7 +335,7 @@ TEST_F(TreeMotionTest, HipsNeverSeen) {
 }
 
 // An elbow that is never observed lies between shoulder and wrist.
-TEST_F(TreeMotionTest, AnUnseenJointBetweenTwoSeenOnes) {
+TEST_F(TreeMotionTest, UnseenJointBetweenSeenJoints) {
   EXPECT_THAT(WriteAs("gltf", gltf_, WithoutJoints(Coco17(), {"l_elbow"})),
               Contains(HasSubstr("never seen: l_elbow;")));
   EXPECT_EQ(GltfFile(gltf_).ByRotations(3).count("l_elbow"), 1u);
@@ -343,15 +346,16 @@ TEST_F(TreeMotionTest, PointsWithoutBones) {
   TrackSequence tracks = RigidTruth(points, 5);
   EXPECT_THAT(
       InputErrorOf([&] { WriteAs("bvh", bvh_, tracks); }),
-      HasSubstr("the skeleton 'markers' has none; C3D, TRC and glTF hold"));
-  EXPECT_THAT(WriteAs("gltf", gltf_, tracks),
-              Contains("no bone holds STRN, CLAV: points that hang on C7"));
+      HasSubstr("the skeleton 'markers' has none; C3D, TRC and glTF can"));
+  EXPECT_THAT(
+      WriteAs("gltf", gltf_, tracks),
+      Contains("no bone connects STRN, CLAV: written as points below C7"));
   EXPECT_EQ(GltfFile(gltf_).ByRotations(0).size(), 3u);
 }
 
-TEST_F(TreeMotionTest, BonesOfTheFileMakeTheTree) {
-  // Human 3.6M's: the neck is a child of the thorax, which joint names do not
-  // reveal.
+TEST_F(TreeMotionTest, TreeFollowsTheBonesOfTheFile) {
+  // In Human 3.6M's skeleton the neck is a child of the thorax, which joint
+  // names do not reveal.
   const Skeleton h36m(
       "custom",
       {"mid_hip", "r_hip", "r_knee", "r_ankle", "l_hip", "l_knee", "l_ankle",
@@ -374,8 +378,8 @@ TEST_F(TreeMotionTest, BonesOfTheFileMakeTheTree) {
   }
 }
 
-// People who come and go are not written as standing still.
-TEST_F(TreeMotionTest, BvhOfManyPeopleWhoComeAndGo) {
+// Poses of people who are present only briefly are not repeated in all frames.
+TEST_F(TreeMotionTest, BvhOfManyPeoplePresentBriefly) {
   const TrackSequence one = RigidTruth(Coco17(), 3);
   TrackSequence tracks;
   tracks.header = one.header;
@@ -397,7 +401,7 @@ TEST_F(TreeMotionTest, BvhOfManyPeopleWhoComeAndGo) {
               HasSubstr("Frames: 400\n"));
 }
 
-TEST_F(TreeMotionTest, GltfRefusesValuesBeyondFloat) {
+TEST_F(TreeMotionTest, GltfRefusesValuesBeyondFloatRange) {
   TrackSequence tracks = RigidTruth(Coco17(), 2);
   tracks.frames[1].people[0].joints[3].position_m.x() = 1e300;
   EXPECT_THAT(InputErrorOf([&] { WriteAs("gltf", gltf_, tracks); }),
@@ -440,10 +444,10 @@ TEST(TracksBvh, ChannelsAndNamesOfOtherPrograms) {
   };
   // The position replaces the offset.
   EXPECT_LT((at(0, 0) - Vector3d(0.0, 1.0, 0.0)).norm(), 1e-12);
-  // Turned about Y by 90 degrees, X points to -Z.
+  // Rotated about Y by 90 degrees, X points to -Z.
   EXPECT_LT((at(0, 1) - Vector3d(0.0, 1.0, -0.1)).norm(), 1e-12);
   EXPECT_LT((at(0, 2) - Vector3d(0.0, 0.6, -0.1)).norm(), 1e-12);
-  // The thigh turned about Z by 90 degrees: -Y becomes X.
+  // The thigh is rotated about Z by 90 degrees: -Y becomes X.
   EXPECT_LT((at(1, 2) - Vector3d(0.5, 1.0, 0.0)).norm(), 1e-12);
   EXPECT_LT((at(1, 3) - Vector3d(0.0, 1.5, 0.0)).norm(), 1e-12);
 }
@@ -465,7 +469,8 @@ TEST(TracksBvh, ErrorsNameFileAndLine) {
               HasSubstr("Frames: expected 0 .. 10000000"));
 }
 
-// A rounded time means a whole rate; that of NTSC is a thousandth below.
+// A rounded frame time means a whole rate; NTSC rates are lower by a
+// thousandth.
 TEST(TracksBvh, RatesFromRoundedFrameTimes) {
   const TemporaryFolder folder;
   const auto rate_of = [&](const std::string& step_s) {
