@@ -115,12 +115,14 @@ bool CastFrom(const NpyArray& array, std::vector<To>* values) {
   return true;
 }
 
-// False unless the type is int8, uint8, int16, int32 or int64.
+// False unless the type is one of NumPy's integers of up to 32 bits, or int64.
 template <typename To>
 bool CastIntegers(const NpyArray& array, std::vector<To>* values) {
   return CastFrom<int8_t>(array, values) || CastFrom<uint8_t>(array, values) ||
-         CastFrom<int16_t>(array, values) || CastFrom<int32_t>(array, values) ||
-         CastFrom<int64_t>(array, values);
+         CastFrom<int16_t>(array, values) ||
+         CastFrom<uint16_t>(array, values) ||
+         CastFrom<int32_t>(array, values) ||
+         CastFrom<uint32_t>(array, values) || CastFrom<int64_t>(array, values);
 }
 
 }  // namespace

@@ -90,8 +90,8 @@ class NpzReader {
   bool Has(const std::string& name) const { return arrays_.count(name) > 0; }
   // The array, which must exist with this number of dimensions.
   const NpyArray& At(const std::string& name, size_t dimensions) const;
-  // Numbers accepts float64, float32 and the types that Integers accepts: int8,
-  // uint8, int16, int32 and int64.
+  // Numbers accepts float64, float32 and the types that Integers accepts: int64
+  // and the signed and unsigned integers of 8, 16 and 32 bits.
   std::vector<double> Numbers(const std::string& name, size_t dimensions) const;
   std::vector<int64_t> Integers(const std::string& name,
                                 size_t dimensions) const;

@@ -51,12 +51,7 @@ std::string FileStem(int64_t id, const PersonNames& names) {
   const auto name = names.find(TrackId(id));
   if (name == names.end()) return PersonLabel(id);
   constexpr size_t kMaxBytes = 100;
-  std::string letters = name->second.substr(0, kMaxBytes);
-  const bool is_cut = letters.size() < name->second.size();
-  // Do not cut within a UTF-8 character.
-  while (is_cut && !letters.empty() && (letters.back() & 0x80) != 0) {
-    letters.pop_back();
-  }
+  std::string letters = WholeLetters(name->second, kMaxBytes);
   for (char& c : letters) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x80 && std::isalnum(byte) == 0) c = '-';
@@ -404,6 +399,16 @@ void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields) {
   lost_fields->push_back("the file does not specify the skeleton '" +
                          tracks.header.skeleton.name() +
                          "': specify it when reading (--skeleton)");
+}
+
+std::string WholeLetters(const std::string& text, size_t max_bytes) {
+  if (text.size() <= max_bytes) return text;
+  size_t end = 0;
+  while (true) {
+    const size_t next = end + LetterAt(text, end).size;
+    if (next > max_bytes) return text.substr(0, end);
+    end = next;
+  }
 }
 
 }  // namespace kinegraph

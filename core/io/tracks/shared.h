@@ -224,6 +224,10 @@ void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
 // Notes that the file does not specify the skeleton.
 void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields);
 
+// The longest beginning of `text` of up to `max_bytes` that does not end within
+// a UTF-8 character.
+std::string WholeLetters(const std::string& text, size_t max_bytes);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_TRACKS_SHARED_H_

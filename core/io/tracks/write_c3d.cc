@@ -108,7 +108,7 @@ C3dParameters& C3dParameters::Texts(const std::string& name,
     width = std::min(width, kMost);
     std::string data;
     for (size_t t = begin; t < end; ++t) {
-      data += texts[t].substr(0, width);
+      data += WholeLetters(texts[t], width);
       data.resize((t - begin + 1) * width, ' ');
     }
     Add(part == 1 ? name : name + std::to_string(part), -1,

@@ -120,6 +120,18 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
   EXPECT_TRUE(ReadPersonNames(folder.Write("text.txt", "nothing\n")).empty());
 }
 
+// 40 letters of three bytes each; file names have up to 100 bytes of a name.
+TEST(PersonNames, LongNamesAreCutBetweenLetters) {
+  std::string name;
+  for (int i = 0; i < 40; ++i) name += "\u6f22";
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "trc";
+  WriteAs("trc", path, Tracks(),
+          {AxisMap::Parse("x,y,z"), {{TrackId(12), name}}});
+  EXPECT_EQ(ReadPersonNames(path),
+            (PersonNames{{TrackId(12), name.substr(0, 99)}}));
+}
+
 TEST(PersonNames, ArePartOfFileNames) {
   const TemporaryFolder folder;
   for (const std::string format : {"trc", "bvh"}) {

@@ -354,7 +354,8 @@ TEST(TracksNpz, ReadsArraysWrittenByNumpy) {
         "\np[1, 0] = np.nan\nnp." +
             function + "('" + path +
             "', positions=p, ids=np.array([4, 9]),"
-            "frames=np.array([1, 2, 5]), joints=['a', '\u00e9'])");
+            "frames=np.array([1, 2, 5], dtype=np.uint16), joints=['a', "
+            "'\u00e9'])");
     return std::system(("/usr/bin/python3 " + script).c_str());
   };
   ASSERT_EQ(write("savez"), 0);
