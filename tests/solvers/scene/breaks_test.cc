@@ -40,8 +40,8 @@ TEST(LostPictures, AreCountedAndPutBack) {
     EXPECT_EQ(answer->findings[0].kind, "frames");
     EXPECT_EQ(answer->findings[0].camera, "cam2");
     EXPECT_THAT(answer->findings[0].evidence,
-                StartsWith(missing > 0 ? "4 pictures are missing"
-                                       : "3 pictures are too many"));
+                StartsWith(missing > 0 ? "4 images are missing"
+                                       : "3 images are in excess"));
     EXPECT_LT(answer->findings[0].after_px, answer->findings[0].before_px);
     // The place of the jump is known to a few bins of half a second; all other
     // images are back in their frames, and none is shown twice.

@@ -331,7 +331,7 @@ TEST(Doctor, LostPicturesAreNamed) {
   }
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const Finding lost = FoundKind(diagnosis, "frames", scene.cameras[3].name());
-  EXPECT_EQ(lost.evidence.rfind("2 pictures are missing before", 0), 0u)
+  EXPECT_EQ(lost.evidence.rfind("2 images are missing before", 0), 0u)
       << lost.evidence;
   EXPECT_LT(lost.after_px, lost.before_px);
   // With the lost frames restored there are no other findings.

@@ -101,9 +101,10 @@ TEST(Hypotheses, RepeatedPicturesAreCountedByView) {
   const Answer answer = AnswerFor("repeated pictures", input);
   ASSERT_EQ(answer.findings.size(), 1u);
   EXPECT_EQ(answer.findings[0].camera, "cam1");
-  EXPECT_THAT(answer.findings[0].evidence,
-              StartsWith("2 of 49 pictures repeat the one before, the first in "
-                         "frame 10"));
+  EXPECT_THAT(
+      answer.findings[0].evidence,
+      StartsWith(
+          "2 of 49 images repeat the previous one, the first in frame 10"));
   // Motionless people are not reported as repeated pictures.
   for (DetectionFrame& frame : frames) frame.views = frames[0].views;
   EXPECT_THAT(AnswerFor("repeated pictures", input).findings, IsEmpty());

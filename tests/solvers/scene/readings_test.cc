@@ -40,11 +40,11 @@ TEST(Readings, ConventionsAreNamed) {
   const std::vector<std::pair<std::string, Stated>> conventions = {
       {"camera to world",
        [=](const Camera& c) { return pose(c, c.R().transpose(), c.centre()); }},
-      {"the translation is the camera's place in the world",
+      {"the translation is the camera's position in the world",
        [=](const Camera& c) { return pose(c, c.R(), c.centre()); }},
-      {"the camera's place is a translation",
+      {"the camera's position is a translation",
        [=](const Camera& c) { return pose(c, c.R(), -(c.R() * c.t())); }},
-      {"rows of the rotation are columns",
+      {"the rotation is transposed",
        [=](const Camera& c) { return pose(c, c.R().transpose(), c.t()); }},
       {"the camera's y points up and its z backwards", [=](const Camera& c) {
          return pose(c, signs.asDiagonal() * c.R(), signs.asDiagonal() * c.t());
@@ -106,15 +106,15 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
   };
   const auto of_width = [](double width) { return MirrorText('x', width); };
   const std::vector<Image> images = {
-      {"were turned by 90 degrees clockwise;", clockwise, ""},
-      {"were turned by 180 degrees;", half, ""},
-      {"were turned by 90 degrees anticlockwise;", anticlockwise, ""},
+      {"were rotated by 90 degrees clockwise;", clockwise, ""},
+      {"were rotated by 180 degrees;", half, ""},
+      {"were rotated by 90 degrees anticlockwise;", anticlockwise, ""},
       {"the images were mirrored;", as_taken, of_width(right)},
       {"y counts from the bottom of the images;", as_taken,
        MirrorText('y', bottom)},
-      {"were turned by 90 degrees clockwise and mirrored;", clockwise,
+      {"were rotated by 90 degrees clockwise and mirrored;", clockwise,
        of_width(bottom)},
-      {"were turned by 90 degrees anticlockwise and mirrored;", anticlockwise,
+      {"were rotated by 90 degrees anticlockwise and mirrored;", anticlockwise,
        of_width(bottom)}};
   const std::string& view = taken.detections.header.view_names[2];
   for (const auto& [words, turned, mirror] : images) {
