@@ -130,7 +130,7 @@ TEST(RecordingReport, HolesInTheRecordingAreNamed) {
   Drop(&recording, 40, 55);
   const RecordingReport report = ReportOf(recording);
   ASSERT_EQ(KindsOf(report.warnings), std::vector<std::string>{"frames"});
-  EXPECT_THAT(report.warnings[0].evidence, HasSubstr("1 hole"));
+  EXPECT_THAT(report.warnings[0].evidence, HasSubstr("1 gap"));
   EXPECT_THAT(report.warnings[0].evidence, HasSubstr("0.6 s"));
 }
 
