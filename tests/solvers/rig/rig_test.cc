@@ -247,7 +247,7 @@ TEST(Rig, PartlyWhereThePromiseIsNotSure) {
   EXPECT_EQ(found.cameras.size(), scene.cameras.size());
   EXPECT_LT(found.rig.likely_right, 0.5);
   ASSERT_FALSE(found.rig.reasons.empty());
-  EXPECT_NE(found.rig.reasons.back().find("say focal lengths"),
+  EXPECT_NE(found.rig.reasons.back().find("specify focal lengths"),
             std::string::npos);
 }
 

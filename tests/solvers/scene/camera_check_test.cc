@@ -82,7 +82,7 @@ TEST(CameraCheck, NamesTheClockThatIsLateUnlessItsTimeIsTold) {
   const std::string name = "'" + scene.cameras[2].name() + "'";
   EXPECT_NE(Words(check).find(name + " sees people about"), std::string::npos)
       << Words(check);
-  EXPECT_NE(Words(check).find("later than the others"), std::string::npos);
+  EXPECT_NE(Words(check).find("later than the other views"), std::string::npos);
   // The clocks of the others are correct, so their points belong to the
   // recorded time. Straight segments of 0.2 s only approximate the motion of
   // steps.

@@ -354,7 +354,7 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
   // The agreement of a single frame is noisy; the boundary is that between two
   // frames.
   EXPECT_NEAR(from, static_cast<double>(kFrom), 3.0);
-  EXPECT_NE(turned.evidence.find("turned by 1.0"), std::string::npos)
+  EXPECT_NE(turned.evidence.find("rotated by 1.0"), std::string::npos)
       << turned.evidence;
   ExpectNoneBut(diagnosis, name);
   // The calibration is valid for the frames before it.

@@ -249,7 +249,8 @@ TEST(Hypotheses, ViewsOfHardlyAnyMatchAreStrangers) {
   ASSERT_EQ(answer.findings.size(), 1u);
   EXPECT_EQ(answer.findings[0].camera, "cam2");
   EXPECT_EQ(answer.findings[0].fix, "--without_cameras=cam2");
-  EXPECT_THAT(answer.findings[0].evidence, StartsWith("19 of 100 people"));
+  EXPECT_THAT(answer.findings[0].evidence,
+              StartsWith("its detections are matched in 19 of 100 cases"));
 }
 
 // ---- Words and helpers ----
