@@ -89,13 +89,17 @@ BundleResult AdjustBundle(const CameraRig& cameras,
 // s_k of the people's motion segments are eliminated one by one: the reduced
 // camera system of bundle adjustment (Triggs et al., Bundle Adjustment, 2000,
 // sec. 6.1), with segments in place of points. Segments are coupled only by the
-// cameras, so [U W_1 W_2 ..] [dc ] [g ] [W_1' V_1 ] [ds1] = - [h_1] [W_2' V_2 ]
-// [ds2] [h_2] and ds_k = -V_k^-1 (h_k + W_k' dc) leaves (U - sum_k W_k V_k^-1
-// W_k') dc = -(g - sum_k W_k V_k^-1 h_k). With A = d residual / d state and B =
-// d residual / d camera of a weighted observation, V_k sums A' A, W_k B' A, U
-// B' B, h_k A' r and g B' r. The left bracket is the information of the cameras
-// with the states unknown; the right one, segment by segment, is the score that
-// the sandwich needs.
+// cameras, so
+//   [U  W_1 W_2 ..] [dc ]     [g  ]
+//   [W_1' V_1     ] [ds1] = - [h_1]
+//   [W_2'     V_2 ] [ds2]     [h_2]
+// and ds_k = -V_k^-1 (h_k + W_k' dc) leaves
+//   (U - sum_k W_k V_k^-1 W_k') dc = -(g - sum_k W_k V_k^-1 h_k).
+// With A = d residual / d state and B = d residual / d camera of a weighted
+// observation, V_k sums A' A, W_k B' A, U B' B, h_k A' r and g B' r. The left
+// bracket is the information about the cameras with the states unknown; the
+// right bracket, segment by segment, is the score that the sandwich estimator
+// needs.
 //
 // A detector's constant offsets are then eliminated in the same way, per person
 // and joint, from the resulting system.

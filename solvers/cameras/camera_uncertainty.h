@@ -2,11 +2,12 @@
 //
 // An estimator assumes exact cameras, so its covariance P is that of a joint
 // given the cameras. The marginal covariance of joint x, with the cameras c
-// uncertain, is (by the Schur complement of the cameras' block) cov(x) = P + S
-// cov(c) S^T, S = dx/dc = -(sum J_x^T W J_x)^-1 sum J_x^T W J_c with sums over
-// the views that saw the joint in the frame. Smoothing over time does not
-// change S as long as the same views see the joint, because the cameras' errors
-// are the same in all frames.
+// uncertain, is (by the Schur complement of the cameras' block)
+//   cov(x) = P + S cov(c) S^T,
+//   S = dx/dc = -(sum J_x^T W J_x)^-1 sum J_x^T W J_c,
+// with sums over the views that saw the joint in the frame. Smoothing over time
+// does not change S as long as the same views see the joint, because the
+// cameras' errors are the same in all frames.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_CAMERA_UNCERTAINTY_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_CAMERA_UNCERTAINTY_H_
 

@@ -24,16 +24,16 @@ namespace kinegraph {
 inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 
 // Normal equations of one joint's coefficients. With residuals r = u -
-// project(X) at the solution's positions X and directions D, whitened, A = sum
-// D' D, g = sum D' r. X is treated as known, because neighbouring frames and
-// bones have determined it with far less influence of each view's error than
-// its own frame could. A constant offset of the joint in the body lies (nearly)
-// in the span of the Jacobians J = d project / d X and is unobservable in
-// images. Coefficients must therefore not displace the joint on average: with
-// offset = sum D' J B (B: the body's axes) they satisfy offset' c = 0, i.e.
-// they are orthogonal to the coefficients of a constant offset in the
-// recording's metric D' D. The written position is that of the joint as the
-// detector defines it.
+// project(X) at the solution's positions X and directions D, whitened,
+//   A = sum D' D,  g = sum D' r.
+// X is treated as known, because neighbouring frames and bones have determined
+// it with far less influence of each view's error than its own frame could. A
+// constant offset of the joint in the body lies (nearly) in the span of the
+// Jacobians J = d project / d X and is unobservable in images. Coefficients
+// must therefore not displace the joint on average: with offset = sum D' J B
+// (B: the body's axes) they satisfy offset' c = 0, i.e. they are orthogonal to
+// the coefficients of a constant offset in the recording's metric D' D. The
+// written position is that of the joint as the detector defines it.
 struct BiasSums {
   Eigen::Matrix<double, kBiasSize, kBiasSize> A = decltype(A)::Zero();
   Eigen::Matrix<double, kBiasSize, 1> g = decltype(g)::Zero();

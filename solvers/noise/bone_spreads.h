@@ -138,13 +138,13 @@ enum class BoneUse {
 //   n spread^2 + sqrt(n) hidden^2 + length_sigma^2
 // with n the number of frames over which the solver averages a joint:
 // - A joint centre is displaced for longer than a frame, so these n frames
-// share
-//   one error and together must not be more certain than the spread permits.
+//   share one error and together must not be more certain than the spread
+//   permits.
 // - hidden^2 is the additional spread that the observations cannot exclude
 //   (spread_bound_m). Counted n times it would do more harm than good.
 // - An error of the length is one number for the whole recording, which
-// displaces
-//   each end by half of it; it counts once (BoneUse::kCovariance: n times).
+//   displaces each end by half of it; it counts once (BoneUse::kCovariance: n
+//   times).
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
                             BoneUse use = BoneUse::kEstimate);
 

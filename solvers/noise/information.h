@@ -17,15 +17,17 @@ namespace kinegraph {
 // spectrum q / w^4. A point's error is white except for a share a of its
 // variance that decays as exp(-t / tau); sampled every h, its spectrum is R h
 // S(w), where S sums the autocovariance (1 - a) [k = 0] + a phi^|k|, phi =
-// exp(-h / tau), over all lags k: S(w) = (1 - a) + a (1 - phi^2) / (1 + phi^2 -
-// 2 phi cos(w h)). A smoother that assumes white errors of power R h S0 is, far
-// from the ends, the Wiener filter of both spectra, H(w) = (q / w^4) / (q / w^4
-// + R h S0) = 1 / (1 + (w / w_c)^4), w_c^4 = q / (R h S0). Below the crossover
-// w_c it follows its points, above it the motion prior. Errors near w_c matter
-// most, so S0 = S(w_c), which makes w_c a fixed point. The information of each
-// observation is divided by S(w_c); the divisor is at least 1. `near`: a
-// starting value for the fixed-point iteration, such as the divisor of the
-// previous frame (0: none).
+// exp(-h / tau), over all lags k:
+//   S(w) = (1 - a) + a (1 - phi^2) / (1 + phi^2 - 2 phi cos(w h)).
+// A smoother that assumes white errors of power R h S0 is, far from the ends,
+// the Wiener filter of both spectra,
+//   H(w) = (q / w^4) / (q / w^4 + R h S0) = 1 / (1 + (w / w_c)^4),
+//   w_c^4 = q / (R h S0).
+// Below the crossover w_c it follows its points, above it the motion prior.
+// Errors near w_c matter most, so S0 = S(w_c), which makes w_c a fixed point.
+// The information of each observation is divided by S(w_c); the divisor is at
+// least 1. `near`: a starting value for the fixed-point iteration, such as the
+// divisor of the previous frame (0: none).
 double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
                           double process_noise, double variance_m2,
                           double near = 0.0);
@@ -33,9 +35,10 @@ double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
 // Factor of the covariances that the smoother then reports, because the divisor
 // is exact at the crossover only. The error of the smoothed position is the
 // part of the points' errors that H passes plus the part of the motion that 1 -
-// H removes, which are independent: its variance is the integral over w of H^2
-// R h S(w) + (1 - H)^2 q / w^4. The smoother reports the same integral with
-// S(w_c) in place of S(w); the factor is the ratio of the two.
+// H removes, which are independent: its variance is the integral over w of
+//   H^2 R h S(w) + (1 - H)^2 q / w^4.
+// The smoother reports the same integral with S(w_c) in place of S(w); the
+// factor is the ratio of the two.
 double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
                         double process_noise, double variance_m2);
 

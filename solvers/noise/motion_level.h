@@ -34,16 +34,19 @@ double LogLevel(int level);
 // State x = (p, v, n): position, velocity, and the correlated part of the
 // point's error in units of its standard deviation. Over a time dt, with white
 // noise of power q on the acceleration and an error that decays by phi =
-// exp(-dt / tau), [1 dt 0 ] [q dt^3 / 3 q dt^2 / 2 0 ] F = [0 1 0 ], Q = [q
-// dt^2 / 2 q dt 0 ] [0 0 phi] [ 0 0 1 - phi^2 ] (Bar-Shalom, Li and
-// Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001,
-// sec. 6.2.2; the third row keeps n at unit variance). A point of variance R,
-// of which the share a is correlated, is z = p + g n + e, g = sqrt(a R), var e
-// = (1 - a) R, so with H = (1, 0, g) the innovation z - H x has the variance S
-// = H P H' + (1 - a) R. The likelihood of a level is the product of its
-// innovations' densities: each frame and axis adds -(ln S + (z - H x)^2 / S) /
-// 2 to the level's log-evidence (Schweppe, IEEE Trans. Information Theory
-// 1965).
+// exp(-dt / tau),
+//       [1 dt  0 ]        [q dt^3 / 3  q dt^2 / 2     0     ]
+//   F = [0  1  0 ],   Q = [q dt^2 / 2     q dt        0     ]
+//       [0  0 phi]        [    0           0      1 - phi^2 ]
+// (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and
+// Navigation, 2001, sec. 6.2.2; the third row keeps n at unit variance). A
+// point of variance R, of which the share a is correlated, is
+//   z = p + g n + e,   g = sqrt(a R),   var e = (1 - a) R,
+// so with H = (1, 0, g) the innovation z - H x has the variance
+//   S = H P H' + (1 - a) R.
+// The likelihood of a level is the product of its innovations' densities: each
+// frame and axis adds -(ln S + (z - H x)^2 / S) / 2 to the level's log-evidence
+// (Schweppe, IEEE Trans. Information Theory 1965).
 class FilterBank {
  public:
   // `usual`: as returned by UsualProcessNoise.
