@@ -1060,8 +1060,8 @@ class RigEstimate {
         static_cast<double>(recording_.frames.size()) / rate_hz;
     if (span_s < kLeastS) {
       return fmt::format(
-          "the recording is {:.2g} s long, but people must be followed for at "
-          "least one second: {}",
+          "the recording is {:.2g} s long, but tracklets must last at least "
+          "one second: {}",
           span_s, Record());
     }
     std::vector<int> tracklets(intrinsics_.size(), 0);

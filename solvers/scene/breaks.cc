@@ -501,9 +501,9 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   return answer;
 }
 
-// The two sides of a break are diagnosed separately: findings for the view on
-// the worse side only describe the break. The rest of the diagnosis uses the
-// better side.
+// The two sides of a break are diagnosed separately: a finding about the view
+// that appears on the worse side but not on the other is the break. The rest of
+// the diagnosis uses the better side.
 std::optional<Answer> AskForBreak(const SetUp& set_up) {
   if (!set_up.input.match || !set_up.options.looks_for_break) {
     return std::nullopt;

@@ -26,7 +26,7 @@ constexpr double kLeastM = 0.03;
 constexpr int64_t kEnoughPeople = 15;
 constexpr size_t kEnoughInMotion = 60;  // segments
 constexpr double kCertainSigmas = 4.0;
-// Fraction of the largest clock error from which further ones are reported.
+// Clock errors below this fraction of the largest are not reported.
 constexpr double kOfTheLargest = 0.6;
 
 // Confidence-weighted mean distance [px] of the common joints; infinite if

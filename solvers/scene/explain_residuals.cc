@@ -379,8 +379,7 @@ class Explainer {
                                               : static_cast<int>(of));
       ++people[segment.person];
     }
-    constexpr int kMost =
-        3;  // a detector's bias is partly common to all people
+    constexpr int kMost = 3;  // people share part of a detector's bias
     return static_cast<double>(classes.size()) *
            std::min<double>(kMost, static_cast<double>(people.size()));
   }
@@ -475,7 +474,8 @@ class Explainer {
                            const CameraChange& change) {
     if (kind == "shift") {
       return fmt::format(
-          "the data fit better with its image shifted by ({:+.1f}, {:+.1f}) px",
+          "the data fit better with its principal point shifted by ({:+.1f}, "
+          "{:+.1f}) px",
           change[kShiftAt], change[kShiftAt + 1]);
     }
     if (kind == "rotation") {

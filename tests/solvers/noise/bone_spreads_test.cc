@@ -135,7 +135,8 @@ BoneEnd LocatedAt(double x_m, const Vector3d& noise_m, double modelled,
   return end;
 }
 
-// The estimate from 1000 observations of such ends, and their mean distance.
+// The estimate from 1000 observations of ends located in this way, and the mean
+// distance.
 BoneEstimate ToldByEnds(double length_m, const Vector3d& noise_m,
                         double modelled, Random* random,
                         double* distance_m = nullptr) {
@@ -195,7 +196,7 @@ TEST(BoneSpreads, NoiseInDepthDoesNotReduceTheLength) {
   }
 }
 
-TEST(BoneSpreads, BoneShorterThanItsNoiseIsUnknown) {
+TEST(BoneSpreads, BoneShorterThanTheNoiseIsUnknown) {
   // Both ends at the same position and too much modelled noise: the corrected
   // square is negative.
   Random random(12);

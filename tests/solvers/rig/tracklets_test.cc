@@ -291,7 +291,7 @@ TEST(FollowInViews, TrackletsNeedASecondAndTenDetections) {
 }
 
 // Detections 0.04 sizes apart are one person, 0.5 sizes apart two.
-TEST(FollowInViews, OfDuplicateDetectionsTheFullestIsKept) {
+TEST(FollowInViews, KeepsTheFullestOfDuplicateDetections) {
   for (const bool fuller_first : {false, true}) {
     FiguresOfFrames frames;
     for (int k = 0; k < 30; ++k) {

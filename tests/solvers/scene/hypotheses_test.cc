@@ -145,7 +145,7 @@ TEST(Hypotheses, ViewsWithoutACommonFrameAreAligned) {
 
 // One view has the camera of another view, with which its detections agree less
 // well.
-TEST(Hypotheses, DuplicateCalibrationIsAssignedToTheViewThatAgreesLess) {
+TEST(Hypotheses, DuplicateCalibrationIsReportedForTheLessAgreeingView) {
   DoctorInput input = MoversOf(testing::RingOfCameras(4));
   EXPECT_THAT(AnswerFor("one calibration twice", input).findings, IsEmpty());
   for (const auto& [right, wrong] :

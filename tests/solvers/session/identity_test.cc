@@ -79,7 +79,7 @@ TEST(SessionIdentity, CorrectionsThatRepeatLinkingAreAccepted) {
   EXPECT_EQ(IdsOf(Track(recording, options)).size(), 2u);
 }
 
-TEST(SessionIdentity, ErrorOfAnInvalidCorrectionContainsItsPlace) {
+TEST(SessionIdentity, InvalidCorrectionIsReportedWithItsLine) {
   Recording recording = TwoHidden();
   recording.request.corrections = {Join(0, 77)};
   try {

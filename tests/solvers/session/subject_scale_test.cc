@@ -267,7 +267,7 @@ TEST(SubjectScale, PointsFarFromTheBodyHardlyMatter) {
 }
 
 // The size of a box with two points is their distance.
-TEST(SubjectScale, SizeOfTwoPointsIsTheirDistance) {
+TEST(SubjectScale, SizeOfTwoPointsIsTheDistance) {
   Recording recording = AnimalRecording();
   const int head = Coco17().IndexOf("nose");
   const int foot = Coco17().IndexOf("l_ankle");
