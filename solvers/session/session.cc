@@ -94,13 +94,13 @@ class RecordingClock {
  private:
   // The assumed interval if the clock stopped or stepped back.
   static constexpr TimeNs kUnknownPause = 1'000'000'000;
-  struct Stretch {
+  struct Segment {
     int64_t first_frame = 0;
     TimeNs put_on = 0;  // added to the times of its frames
   };
 
   const TimeNs longest_pause_;
-  std::deque<Stretch> segments_;
+  std::deque<Segment> segments_;
   int64_t last_frame_ = 0;
   TimeNs last_time_ = 0;  // on the recording's clock
 };

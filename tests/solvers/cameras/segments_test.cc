@@ -36,7 +36,7 @@ SegmentState Falling() {
 }
 
 // The projections of a state in six frames, a fifth of a second.
-MotionSegment StretchOf(const CameraRig& cameras, const SegmentState& state) {
+MotionSegment SegmentOf(const CameraRig& cameras, const SegmentState& state) {
   MotionSegment segment;
   segment.state = state;
   for (size_t v = 0; v < cameras.size(); ++v) {
@@ -157,7 +157,7 @@ TEST(SegmentResidual, JacobiansMatchNumericDerivatives) {
 // The weight of the Cauchy loss with a scale of two sigmas is 1 / (1 + s / 4).
 TEST(SegmentTerms, HaveLossWeights) {
   const CameraRig cameras = testing::RingOfCameras(2);
-  MotionSegment segment = StretchOf(cameras, Falling());
+  MotionSegment segment = SegmentOf(cameras, Falling());
   segment.measurements[3].px += Eigen::Vector2d(0.0, 12.0);
   const auto terms =
       TermsOf(cameras, NoChanges(2), segment, segment.state, 1.0);
@@ -174,7 +174,7 @@ TEST(SegmentTerms, HaveLossWeights) {
 // Gauss-Newton step squares the remaining error.
 TEST(SolveSegment, RecoversTheParabola) {
   const CameraRig cameras = testing::RingOfCameras(3);
-  const MotionSegment segment = StretchOf(cameras, Falling());
+  const MotionSegment segment = SegmentOf(cameras, Falling());
   SegmentState state = SegmentState::Zero();
   state.head<3>() = Eigen::Vector3d(0.33, -0.22, 1.12);
   ASSERT_TRUE(SolveSegment(cameras, NoChanges(3), segment, 1.0, WithoutPriors(),
@@ -190,7 +190,7 @@ TEST(SolveSegment, RecoversAJointAtRestWithPriors) {
   const CameraRig cameras = testing::RingOfCameras(3);
   SegmentState rest = SegmentState::Zero();
   rest.head<3>() = Eigen::Vector3d(-0.4, 0.1, 0.9);
-  const MotionSegment segment = StretchOf(cameras, rest);
+  const MotionSegment segment = SegmentOf(cameras, rest);
   SegmentState state = rest;
   state.head<3>() += Eigen::Vector3d(0.02, -0.03, 0.01);
   ASSERT_TRUE(SolveSegment(cameras, NoChanges(3), segment, 1.0,
@@ -201,7 +201,7 @@ TEST(SolveSegment, RecoversAJointAtRestWithPriors) {
 // A clock offset shifts the parabola in time.
 TEST(SolveSegment, AppliesClockChanges) {
   const CameraRig cameras = testing::RingOfCameras(3);
-  MotionSegment segment = StretchOf(cameras, Falling());
+  MotionSegment segment = SegmentOf(cameras, Falling());
   std::vector<CameraChange> changes = NoChanges(3);
   changes[1][kOffsetAt] = 0.015;
   for (SegmentMeasurement& one : segment.measurements) {
@@ -226,7 +226,7 @@ TEST(SolveSegment, UnmeasuredDirectionsKeepTheInitialPosition) {
   EXPECT_LT(state.tail<6>().norm(), 1e-12);
   SegmentState rest = SegmentState::Zero();
   rest.head<3>() = Eigen::Vector3d(-0.4, 0.1, 0.9);
-  const MotionSegment one_view = StretchOf(cameras, rest);
+  const MotionSegment one_view = SegmentOf(cameras, rest);
   state = rest;
   state.head<3>() += 0.3 * (cameras[0].centre() - rest.head<3>()).normalized();
   const SegmentState start = state;
@@ -325,12 +325,12 @@ TEST(MakeSegments, MakesSegmentsOfEveryJointOverTheWholeRecording) {
   ASSERT_EQ(made.classes.size(), 17u);
   EXPECT_EQ(made.classes[5], JointClass::kShoulder);
   ASSERT_EQ(made.segments.size(), 9u * 17u);
-  std::set<std::pair<int, int>> stretches;
+  std::set<std::pair<int, int>> found;
   for (const MotionSegment& one : made.segments) {
     // Times are relative to the middle of the recording, at 0.98 s.
     const int run =
         static_cast<int>(std::lround((one.middle_s + 0.98) / 0.24 - 0.1));
-    stretches.insert({run, one.joint});
+    found.insert({run, one.joint});
     const int frames = run < 8 ? 6 : 2;
     const double middle_s = 0.24 * run + 0.02 * (frames - 1);
     EXPECT_NEAR(one.middle_s, middle_s - 0.98, 1e-9);
@@ -346,7 +346,7 @@ TEST(MakeSegments, MakesSegmentsOfEveryJointOverTheWholeRecording) {
     EXPECT_LT((PositionOf(one) - Glider(middle_s)[one.joint].position_m).norm(),
               0.1 * 3.0 * bias * kWalkMps.norm() + 1e-6);
   }
-  EXPECT_EQ(stretches.size(), made.segments.size());
+  EXPECT_EQ(found.size(), made.segments.size());
   EXPECT_TRUE(std::is_sorted(made.segments.begin(), made.segments.end(),
                              [](const auto& a, const auto& b) {
                                return a.middle_s < b.middle_s - 1e-9;
@@ -455,7 +455,7 @@ TEST(MakeSegments, NoiseScaleOfExactDetectionsIsPositive) {
 
 // ---- Properties of sets of segments ----
 
-MotionSegment MovingStretch(double speed_mps, double velocity_sigma_mps) {
+MotionSegment MovingSegment(double speed_mps, double velocity_sigma_mps) {
   MotionSegment segment;
   segment.state[4] = speed_mps;
   segment.velocity_sigma_mps = velocity_sigma_mps;
@@ -465,7 +465,7 @@ MotionSegment MovingStretch(double speed_mps, double velocity_sigma_mps) {
 // All segments have the same speed, which is then every quantile.
 bool MoveEnoughAt(double speed_mps, double sigma_mps, double noise_scale) {
   SceneSegments segments;
-  segments.segments.assign(10, MovingStretch(speed_mps, sigma_mps));
+  segments.segments.assign(10, MovingSegment(speed_mps, sigma_mps));
   segments.noise_scale = noise_scale;
   return MoveEnough(segments);
 }
@@ -484,10 +484,10 @@ TEST(MoveEnough, RequiresSpeedAndCertainty) {
 // has the index 90.
 TEST(MoveEnough, RequiresATenthOfTheSegments) {
   SceneSegments segments;
-  segments.segments.assign(101, MovingStretch(0.0, 0.01));
-  for (int i = 0; i < 10; ++i) segments.segments[i] = MovingStretch(1.0, 0.01);
+  segments.segments.assign(101, MovingSegment(0.0, 0.01));
+  for (int i = 0; i < 10; ++i) segments.segments[i] = MovingSegment(1.0, 0.01);
   EXPECT_FALSE(MoveEnough(segments));
-  segments.segments[10] = MovingStretch(1.0, 0.01);
+  segments.segments[10] = MovingSegment(1.0, 0.01);
   EXPECT_TRUE(MoveEnough(segments));
 }
 
