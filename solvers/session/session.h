@@ -1,7 +1,7 @@
 // A tracking run, frame by frame: live, or over a recording.
 //
 //   kinegraph::Session session(options, request, header);
-//   for (const DetectionFrame& frame : take) {
+//   for (const DetectionFrame& frame : recording) {
 //     for (const TrackFrame& done : session.Process(frame)) Use(done);
 //   }
 //   for (const TrackFrame& done : session.Finish()) Use(done);
