@@ -18,9 +18,9 @@
 namespace kinegraph {
 namespace {
 
-// Pixels per metre across the ray at the stretch's start. Constant during the
-// solve: if it followed the estimate, the prior on the offsets would favour
-// smaller people and thus longer focal lengths.
+// Pixels per metre perpendicular to the ray at the segment's initial position.
+// Constant during the solve: if it followed the estimate, the prior on the
+// offsets would favour smaller people and thus longer focal lengths.
 double PxPerMetre(const Camera& camera, const MotionSegment& segment) {
   constexpr double kLeastDepthM = 0.1;
   return camera.focal_px() /
@@ -28,12 +28,12 @@ double PxPerMetre(const Camera& camera, const MotionSegment& segment) {
 }
 
 // r = (project(changed camera, point at capture) + offset - u) / sigma [2].
-// Blocks: the stretch's state [9], the camera's change [13] and the detector's
-// constant offset [2, m across the ray].
+// Blocks: the segment's state [9], the camera's change [13] and the detector's
+// constant offset [2, m perpendicular to the ray].
 class SegmentFactor final
     : public ceres::SizedCostFunction<2, kSegmentSize, kChangeSize, 2> {
  public:
-  // All must outlive the factor.
+  // All arguments must outlive the factor.
   SegmentFactor(const Camera* camera, const MotionSegment* segment,
                 const SegmentMeasurement* measurement, double noise_scale)
       : camera_(camera),
@@ -88,9 +88,9 @@ ceres::CostFunction* ZeroPrior(const Eigen::VectorXd& inverse_sigma) {
                                 Eigen::VectorXd::Zero(inverse_sigma.size()));
 }
 
-// Rows of the gauge on the stacked changes of all cameras: they hold the mean
-// rotation and the mean translation (in the world) at zero, and the mean
-// distance of the cameras from their centroid constant.
+// Rows of the gauge, to be multiplied by the stacked changes of all cameras:
+// they keep the mean rotation and the mean translation (in the world) zero, and
+// the mean distance of the cameras from their centroid constant.
 Eigen::MatrixXd GaugeRows(const CameraRig& cameras,
                           const std::vector<char>& moves) {
   const auto views = static_cast<Eigen::Index>(cameras.size());
@@ -146,8 +146,8 @@ class GaugeFactor final : public ceres::CostFunction {
   Eigen::MatrixXd rows_;
 };
 
-// 0.01 mm and 0.01 mrad: far below what any recording determines, far above
-// rounding.
+// 0.01 mm and 0.01 mrad: far below the accuracy of any recording, far above
+// rounding errors.
 constexpr double kGaugeSigma = 1e-5;
 
 CameraChange InverseSigmas(const BundleOptions& options) {
@@ -227,7 +227,7 @@ class BundleProblem {
 
   const std::vector<SegmentState>& states() const { return states_; }
 
-  // The stretch with the estimated detector offsets subtracted.
+  // The segment with the estimated detector offsets subtracted.
   MotionSegment WithoutOffsets(size_t index) const {
     MotionSegment segment = segments_.segments[index];
     for (SegmentMeasurement& measurement : segment.measurements) {
@@ -244,8 +244,8 @@ class BundleProblem {
     for (size_t s = 0; s < segments_.segments.size(); ++s) {
       const MotionSegment& segment = segments_.segments[s];
       states_[s] = segment.state;
-      // Ceres rejects a start without a finite residual: skip views without an
-      // image.
+      // Measurements without an image are skipped, because Ceres rejects a
+      // start without finite residuals.
       bool added = false;
       for (const SegmentMeasurement& measurement : segment.measurements) {
         const auto v = static_cast<size_t>(measurement.view_idx);
@@ -494,9 +494,9 @@ void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
       const double information = inverse_sigma[place] * inverse_sigma[place];
       const double times = TimesCounted(place, samples_at_once);
       information_(at, at) += times * information;
-      // A prior multiplied by n has a score of n^2 times its information as
-      // variance; then the sandwich equals the prior where that dominates, for
-      // any n.
+      // The score of a prior multiplied by n has n^2 times its information as
+      // variance; if the prior dominates, the sandwich then equals the prior's
+      // covariance for any n.
       prior_scores_(at, at) += times * times * information;
       if (gauge.rows() > 0) {
         held.col(at) =
@@ -519,8 +519,8 @@ Eigen::MatrixXd ReducedSystem::Inverse() const {
 
 Eigen::MatrixXd ReducedSystem::Covariance() const {
   if (size_ == 0) return {};
-  // The sandwich in units of the inverse information, whose root is L:
-  // eigenvalues below 1 are raised to it.
+  // The sandwich in units of the inverse information, whose root is L;
+  // eigenvalues below 1 are raised to 1.
   const Eigen::MatrixXd L = Inverse().llt().matrixL();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> units(
       L.transpose() * (ScoreVariance() + prior_scores_) * L);
@@ -536,9 +536,9 @@ Eigen::MatrixXd ReducedSystem::ScoreVariance() const {
   }
   const auto blocks = static_cast<double>(scores_.size());
   variance *= blocks / std::max(1.0, blocks - 1.0);
-  // The multiple of the information that is as large in total. It counts as
-  // many blocks as there are parameters: the mean under an inverse Wishart
-  // prior.
+  // Shrinkage towards the multiple of the information with the same trace,
+  // which counts as many blocks as there are parameters: the mean under an
+  // inverse Wishart prior.
   const Eigen::MatrixXd inverse = Inverse();
   const double times = (inverse * variance).trace() /
                        std::max(1e-300, (inverse * measured_).trace());

@@ -1,9 +1,9 @@
 // Bundle adjustment of a recording's cameras and clocks: the stated calibration
-// is the prior, short stretches of people's motion (segments.h) are the points.
-// Triggs et al., "Bundle Adjustment: A Modern Synthesis", 2000.
+// is the prior, short segments of people's motion (segments.h) take the place
+// of points. Triggs et al., "Bundle Adjustment: A Modern Synthesis", 2000.
 //
 // Cost: 0.5 sum rho(|reprojection|^2) over measurements
-//   + 0.5 sum |state prior|^2 over stretches (speed, acceleration)
+//   + 0.5 sum |state prior|^2 over segments (speed, acceleration)
 //   + 0.5 sum |change / prior sigma|^2 over cameras + the gauge.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_
@@ -23,35 +23,35 @@ namespace kinegraph {
 
 struct BundleOptions {
   SegmentOptions segments;
-  // Prior standard deviations of a calibration; weak, so that a few seconds of
-  // people outweigh them.
+  // Prior standard deviations of a calibration, so large that a few seconds of
+  // people outweigh the prior.
   double rotation_sigma_rad = 0.035;  // 2 degrees
   double centre_sigma_m = 0.1;
   double shift_sigma_px = 30.0;
   double focal_sigma = 0.05;
   // Logarithm of the ratio of the given focal length, the prior's mean, to that
-  // of the camera; one per view. Empty: equal.
+  // of the camera; one per view. Empty: all zero.
   std::vector<double> focal_prior;
   double lens_sigma = 0.3;  // k1, k2
   double offset_sigma_s = 0.5;
   double drift_sigma = 1e-3;
-  // Correlated samples per independent one, at least 1. A fit counts the
-  // recording's information this many times too often; the priors of rotations,
-  // centres, shifts and focal lengths are multiplied by it to match. The
-  // covariance compensates for this.
+  // Number of correlated samples per independent sample, at least 1. A fit
+  // overestimates the recording's information by this factor, so the prior
+  // information of rotations, centres, shifts and focal lengths is multiplied
+  // by it. The covariance compensates for this.
   double samples_at_once = 1.0;
-  // Standard deviation of a detector's constant offsets [m, per axis across the
-  // ray]: one offset per person, joint and view is estimated with the cameras.
-  // 0: none.
+  // Standard deviation of a detector's constant offsets [m, per axis
+  // perpendicular to the ray]: one offset per person, joint and view is
+  // estimated with the cameras. 0: no offsets.
   double lasting_offset_m = 0.0;
-  // Keeps the stretches' initial velocities, for fits of clocks only:
-  // velocities estimated with the clocks absorb detector errors that outlast a
-  // stretch, and clocks move too far. Not for fits of cameras, which fixed
-  // velocities would hold in place.
+  // Keeps the segments' initial velocities and accelerations, for fits of
+  // clocks only: velocities estimated with the clocks absorb detector errors
+  // that persist over a segment, and clocks change too much. Not for fits of
+  // cameras, which fixed velocities would hold in place.
   bool hold_velocities = false;
-  // Keeps the cameras at their start; computes their covariance nevertheless.
+  // Keeps the cameras at their start but computes their covariance.
   bool hold_cameras = false;
-  bool wants_covariance = true;  // and correlations
+  bool wants_covariance = true;  // and the largest correlation
   int max_iterations = 30;
 };
 
@@ -59,11 +59,10 @@ struct BundleResult {
   bool usable = false;
   std::vector<CameraChange> changes;  // one per view
   // Covariance of the free parameters, view by view in the order of
-  // FreeParameters::Places, including lasting errors
+  // FreeParameters::Places, including the effect of persistent errors
   // (ReducedSystem::Covariance).
   Eigen::MatrixXd covariance;
-  std::vector<std::vector<int>> places;  // of the free parameters, one list per
-                                         // view
+  std::vector<std::vector<int>> places;  // free parameters of each view
   // Largest correlation of a clock parameter with a camera parameter, by the
   // inverse information; 0 unless both are free.
   double largest_correlation = 0.0;
@@ -73,9 +72,9 @@ struct BundleResult {
 };
 
 // Estimates the free parameters of every view with a true entry in `moves`
-// (empty: all). If centres are free, the cameras' mean rotation, mean
-// translation and mean distance are held; if clocks are free, the first view's
-// is the reference.
+// (empty: all). If all centres are free, the cameras' mean rotation, mean
+// translation and mean distance are fixed; if clocks are free, the first view's
+// clock is the reference.
 BundleResult AdjustBundle(const CameraRig& cameras,
                           const SceneSegments& segments,
                           const FreeParameters& free,
@@ -89,7 +88,8 @@ BundleResult AdjustBundle(const CameraRig& cameras,
 // The normal equations of the cameras' free parameters c, from which the states
 // s_k of the people's motion segments are eliminated one by one: the reduced
 // camera system of bundle adjustment (Triggs et al., Bundle Adjustment, 2000,
-// sec. 6.1), with segments in place of points. Segments share cameras only, so
+// sec. 6.1), with segments in place of points. Segments are coupled only by the
+// cameras, so
 //   [U  W_1 W_2 ..] [dc ]     [g  ]
 //   [W_1' V_1     ] [ds1] = - [h_1]
 //   [W_2'     V_2 ] [ds2]     [h_2]
@@ -97,45 +97,47 @@ BundleResult AdjustBundle(const CameraRig& cameras,
 //   (U - sum_k W_k V_k^-1 W_k') dc = -(g - sum_k W_k V_k^-1 h_k).
 // With A = d residual / d state and B = d residual / d camera of a weighted
 // observation, V_k sums A' A, W_k B' A, U B' B, h_k A' r and g B' r. The left
-// bracket is the information of the cameras with the states unknown; the right
-// one, segment by segment, is the score that the sandwich needs.
+// bracket is the information about the cameras with the states unknown; the
+// right bracket, segment by segment, is the score that the sandwich estimator
+// needs.
 //
-// A detector's constant offsets are eliminated likewise, per person and joint,
-// from the system that the stretches leave.
+// A detector's constant offsets are then eliminated in the same way, per person
+// and joint, from the resulting system.
 class ReducedSystem {
  public:
-  // `places`: the free parameters, one list per view. `state_information`: of
-  // the prior on a stretch's state. `offset_sigma_m`: of the detector's
-  // constant error of each person's joint in each view [m, per axis across the
-  // ray]. Cameras and segments must outlive the system.
+  // `places`: the free parameters, one list per view. `state_information`:
+  // information of the prior about a segment's state. `offset_sigma_m`:
+  // standard deviation of the detector's constant error of one joint of one
+  // person in one view [m, per axis perpendicular to the ray]. Cameras and
+  // segments must outlive the system.
   ReducedSystem(const CameraRig& cameras, const SceneSegments& segments,
                 std::vector<std::vector<int>> places,
                 const SegmentState& state_information,
                 double offset_sigma_m = 0.0);
 
-  // Adds the information of one stretch.
+  // Adds the information of one segment.
   void Add(const MotionSegment& segment, const SegmentState& state,
            const std::vector<CameraChange>& changes);
 
-  // Of the free parameters, view by view.
+  // Information about the free parameters, view by view.
   const Eigen::MatrixXd& information() const { return information_; }
   Eigen::VectorXd Gradient() const;  // of the cost
 
-  // Call after the last Add. Adds the calibration's priors, multiplied by
-  // `samples_at_once` except for clocks and lenses, and the constraints of
-  // `gauge`: rows on the stacked changes, each zero with standard deviation
-  // `gauge_sigma`.
+  // To be called after the last Add. Adds the calibration's priors, multiplied
+  // by `samples_at_once` except for clocks and lenses, and the constraints of
+  // `gauge`: its rows times the stacked changes are zero with standard
+  // deviation `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, double samples_at_once,
                 const Eigen::MatrixXd& gauge, double gauge_sigma);
 
-  // Covariance of the free parameters: the sandwich over blocks of time, as
-  // detector errors are correlated in time (Huber and Ronchetti, Robust
-  // Statistics, ch. 6), and in no direction below the inverse information. A
-  // recording has few blocks for its many parameters, which makes variances of
-  // single directions too small by chance: that of the scores is drawn towards
-  // a multiple of the information (Ledoit and Wolf, "A Well-Conditioned
-  // Estimator for Large-Dimensional Covariance Matrices", 2004). Empty if
-  // nothing is free.
+  // Covariance of the free parameters: the sandwich estimator over blocks of
+  // time, because detector errors are correlated in time (Huber and Ronchetti,
+  // Robust Statistics, ch. 6), and at least the inverse information in every
+  // direction. A recording has few blocks for its many parameters, so the
+  // variance of single directions may be too small by chance; the covariance of
+  // the scores is therefore shrunk towards a multiple of the information
+  // (Ledoit and Wolf, "A Well-Conditioned Estimator for Large-Dimensional
+  // Covariance Matrices", 2004). Empty if nothing is free.
   Eigen::MatrixXd Covariance() const;
 
   // Largest correlation of a clock parameter with a camera parameter, by the
@@ -144,7 +146,7 @@ class ReducedSystem {
 
  private:
   Eigen::MatrixXd Inverse() const;
-  Eigen::MatrixXd ScoreVariance() const;  // of all blocks
+  Eigen::MatrixXd ScoreVariance() const;  // of the sum over blocks
   // Terms of one person's joint that involve its offsets in all views.
   struct Offsets {
     Eigen::MatrixXd cross;        // with the free parameters
@@ -160,11 +162,11 @@ class ReducedSystem {
   std::vector<Eigen::Index> begin_;  // of each view's first parameter
   Eigen::Index size_ = 0;
   Eigen::MatrixXd information_;
-  Eigen::MatrixXd measured_;  // the part that the measurements give
+  Eigen::MatrixXd measured_;  // the part due to measurements
   // Gradients of the cost, by block of time.
   std::map<int64_t, Eigen::VectorXd> scores_;
   std::map<std::array<int, 2>, Offsets> offsets_;  // person, joint
-  Eigen::MatrixXd prior_scores_;  // of the offsets, for the sandwich
+  Eigen::MatrixXd prior_scores_;  // score covariance of the priors
 };
 
 }  // namespace kinegraph

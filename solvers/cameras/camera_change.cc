@@ -17,7 +17,7 @@ namespace {
 Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& vector) {
   const double angle = vector.norm();
   const Eigen::Matrix3d cross = CrossMatrix(vector);
-  // Below this angle the next terms of the series are under double precision.
+  // Below this angle the next terms of the series are below double precision.
   constexpr double kSmall = 1e-5;
   if (angle < kSmall) {
     return Eigen::Matrix3d::Identity() + 0.5 * cross + cross * cross / 6.0;
@@ -35,7 +35,7 @@ double SecondRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
   // The second factor is the first times r^2, or a^2.
   const double r2 = ideal.squaredNorm();
   double times = r2;
-  double slope = 2.0;  // d times / d r, over r
+  double slope = 2.0;  // (d times / d r) / r
   constexpr double kSmall = 1e-16;
   if (lens != nullptr && lens->plain().kind == LensKind::kFisheye &&
       r2 > kSmall) {
@@ -50,7 +50,7 @@ double SecondRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
   return first * times;
 }
 
-// The lens (null: a pinhole) after the change.
+// The lens after the change; null for a pinhole camera.
 std::shared_ptr<const Lens> ChangedLens(const std::shared_ptr<const Lens>& lens,
                                         const CameraChange& change) {
   if (change[kLensAt] == 0.0 && change[kLensK2At] == 0.0) return lens;
@@ -104,8 +104,8 @@ std::optional<Eigen::Vector2d> ProjectChanged(
         change[kLensK2At] * SecondRadialFactor(lens, ideal, &d_second);
     const Eigen::Matrix2d d_added =
         change[kLensAt] * d_first + change[kLensK2At] * d_second;
-    // Beyond the radius at which the terms fold the image back there is no
-    // image.
+    // Beyond the radius at which the distortion ceases to be monotonic, a point
+    // has no image.
     const double along = ideal.dot(d_added * ideal);
     if (!(ideal.squaredNorm() + along >= 0.0)) return std::nullopt;
     distorted += added * ideal;
@@ -118,7 +118,7 @@ std::optional<Eigen::Vector2d> ProjectChanged(
       magnified + camera.K().block<2, 1>(0, 2) + change.segment<2>(kShiftAt);
   if (!px.allFinite()) return std::nullopt;
   if (wants_jacobian) {
-    Matrix23d d_ideal;  // by the point in the camera frame
+    Matrix23d d_ideal;  // with respect to the point in the camera frame
     d_ideal << inverse_z, 0.0, -ideal.x() * inverse_z, 0.0, inverse_z,
         -ideal.y() * inverse_z;
     const Matrix23d by_camera_point = k * d_lens * d_ideal;
@@ -155,7 +155,7 @@ CameraRig RefinedCameras(const CameraRig& cameras,
                          const std::vector<CameraChange>& changes) {
   CameraRig rig;
   for (size_t v = 0; v < cameras.size(); ++v) {
-    // Unchanged cameras stay bitwise equal.
+    // Unchanged cameras remain bitwise equal.
     rig.push_back(changes[v].isZero(0.0)
                       ? cameras[v]
                       : ChangedCamera(cameras[v], changes[v]));

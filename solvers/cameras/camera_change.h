@@ -13,20 +13,20 @@
 namespace kinegraph {
 
 // Indices of a change's parameters; each begins a block.
-inline constexpr int kRotationAt = 0;  // 3 [rad], about the camera's own axes
+inline constexpr int kRotationAt = 0;  // 3 [rad], about the camera's axes
 inline constexpr int kCentreAt = 3;    // 3 [m], in the world
-inline constexpr int kShiftAt = 6;     // 2 [px], on the image
+inline constexpr int kShiftAt = 6;     // 2 [px], in the image
 inline constexpr int kFocalAt = 8;     // 1, logarithm of the factor
 inline constexpr int kOffsetAt = 9;    // 1 [s], added to the capture time
-inline constexpr int kDriftAt = 10;    // 1 [s/s], over the time in the
-                                       // recording
+inline constexpr int kDriftAt = 10;    // 1 [s/s], times recording time
 inline constexpr int kLensAt = 11;     // 1, added to the lens's k1
 inline constexpr int kLensK2At = 12;   // 1, added to the lens's k2
 inline constexpr int kChangeSize = 13;
 
-// Zero: the calibration as stated. exp(rotation) is applied after the stated
-// rotation; the centre moves in the world; the first two radial terms of the
-// lens change; the image is scaled about the principal point and then shifted.
+// Zero leaves the stated calibration unchanged. exp(rotation) is applied after
+// the stated rotation; the centre is displaced in the world; the first two
+// radial terms of the lens change; the image is scaled about the principal
+// point and then shifted.
 using CameraChange = Eigen::Matrix<double, kChangeSize, 1>;
 
 // One zero change per camera.
@@ -40,9 +40,9 @@ Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
 // Rotation by |vector| radians about its direction.
 Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& vector);
 
-// Raw pixel of a point in `camera` after the change (clock aside). nullopt as
-// for Camera::Project. The Jacobians may be null: by the point (2x3, px/m) and
-// by the change (2 x kChangeSize; zero for the clock).
+// Raw pixel of a point in `camera` after the change, without its clock. nullopt
+// as for Camera::Project. The Jacobians with respect to the point (2x3, px/m)
+// and the change (2 x kChangeSize; zero for the clock) may be null.
 std::optional<Eigen::Vector2d> ProjectChanged(
     const Camera& camera, const CameraChange& change,
     const Eigen::Vector3d& point_m, Matrix23d* by_point = nullptr,
@@ -72,8 +72,8 @@ CameraRig RefinedCameras(const CameraRig& cameras,
 // The cameras in a world scaled by `factor`.
 CameraRig Rescaled(const CameraRig& cameras, double factor);
 
-// Applies the same scale to a covariance of changes at `places`, one list per
-// view.
+// Applies the same scale to the covariance of the changes at `places` (one list
+// per view).
 void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,
                     Eigen::MatrixXd* covariance);
 
@@ -88,7 +88,7 @@ struct FreeParameters {
   bool offset = false;
   bool drift = false;
 
-  // Those at any of the given indices of a CameraChange.
+  // The parameters whose first index in a CameraChange is among `places`.
   static FreeParameters At(const std::vector<int>& places);
   // Indices in a CameraChange, ascending.
   std::vector<int> Places() const;
@@ -97,8 +97,8 @@ struct FreeParameters {
   }
 };
 
-// Clock parameters that a recording of this length determines: the offset, and
-// the drift where 100 ppm amount to two milliseconds.
+// Clock parameters that a recording of this length determines: the offset and,
+// if 100 ppm amount to at least two milliseconds, the drift.
 FreeParameters ClockParametersOf(double span_s);
 
 }  // namespace kinegraph

@@ -64,8 +64,8 @@ std::optional<CameraUncertainty::Sensitivity> CameraUncertainty::Of(
     ++views;
   }
   if (views < 2) return std::nullopt;
-  // Nearly parallel rays leave the depth open, where the motion model holds the
-  // joint: a thousandth of the mean information stands in for it.
+  // Nearly parallel rays do not determine the depth, which then follows from
+  // the motion model, represented here by a thousandth of the mean information.
   information.diagonal().array() += 1e-3 * information.trace() / 3.0;
   return -information.inverse() * cross;
 }
@@ -104,7 +104,7 @@ void CameraUncertainty::AddToPerson(const DetectionFrame& seen, double passed_s,
     known += 1.0;
     left.pop_back();
   }
-  // Joints without an observation get the mean addition of the others.
+  // Joints without an observation receive the mean addition of the others.
   if (known == 0.0) return;
   for (const size_t j : left) *person->covariances[j] += mean / known;
 }

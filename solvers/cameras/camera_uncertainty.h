@@ -1,13 +1,13 @@
 // Propagates the uncertainty of refined cameras and clocks to the joints.
 //
-// An estimator takes the cameras as they are, so its covariance P is that of a
-// joint given the cameras. Eliminating cameras c and joint x together instead
-// of one after the other (the Schur complement of the cameras' block) gives
-//   cov(x) = P + S cov(c) S^T,  S = dx/dc = -(sum J_x^T W J_x)^-1 sum J_x^T W
-//   J_c
-// over the views that saw the joint in the frame. Smoothing over time does not
-// change S as long as the same views see the joint: the cameras' errors stay
-// the same from frame to frame.
+// An estimator assumes exact cameras, so its covariance P is that of a joint
+// given the cameras. The marginal covariance of joint x, with the cameras c
+// uncertain, is (by the Schur complement of the cameras' block)
+//   cov(x) = P + S cov(c) S^T,
+//   S = dx/dc = -(sum J_x^T W J_x)^-1 sum J_x^T W J_c,
+// with sums over the views that saw the joint in the frame. Smoothing over time
+// does not change S as long as the same views see the joint, because the
+// cameras' errors are the same in all frames.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_CAMERA_UNCERTAINTY_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_CAMERA_UNCERTAINTY_H_
 
@@ -25,15 +25,16 @@ namespace kinegraph {
 class CameraUncertainty {
  public:
   // `places`: uncertain components of each view's change (camera_change.h);
-  // `covariance`: of all of them, view by view, at the given cameras.
-  // `detection_joint`: for each joint of the tracks, or -1. Drift counts from
-  // `clock_zero_s`.
+  // `covariance`: of all these, view by view, at the given cameras.
+  // `detection_joint`: for each joint of the tracks, the index of the
+  // detections' joint, or -1. Drift is relative to `clock_zero_s`.
   CameraUncertainty(CameraRig cameras, std::vector<std::vector<int>> places,
                     Eigen::MatrixXd covariance,
                     std::vector<int> detection_joint, double clock_zero_s);
 
   // Adds to the covariances of a frame's people, which require their matches;
-  // joints without a covariance stay without. Call in the order of frames.
+  // joints without a covariance are skipped. To be called in the order of
+  // frames.
   void AddTo(const DetectionFrame& seen, TrackFrame* frame);
 
  private:
@@ -60,7 +61,7 @@ class CameraUncertainty {
   Eigen::MatrixXd covariance_;
   std::vector<int> detection_joint_;
   double clock_zero_s_;
-  std::map<TrackId, Last> last_;  // in the previous frame
+  std::map<TrackId, Last> last_;  // people of the previous frame
 };
 
 }  // namespace kinegraph

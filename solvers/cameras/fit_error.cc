@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-// Adds the errors of one stretch, at its best state under the changes.
+// Adds the errors of one segment, at its best state given the changes.
 void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
                 const std::vector<CameraChange>& changes, double noise_scale,
                 const SegmentOptions& options, Eigen::Index bin,
@@ -19,7 +19,7 @@ void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
   SegmentState state = segment.state;
   const bool solved =
       SolveSegment(cameras, changes, segment, noise_scale, options, &state);
-  // x, y, count
+  // Sum of x and y, and number of residuals.
   std::vector<Eigen::Vector3d> sums(cameras.size(), Eigen::Vector3d::Zero());
   for (const SegmentMeasurement& one : segment.measurements) {
     const auto v = static_cast<size_t>(one.view_idx);
@@ -59,7 +59,7 @@ FitError Joined(const FitError& a, const FitError& b) {
   return all;
 }
 
-// Of one view, or of all (-1), bin by bin.
+// The errors of one view, or of all (-1), by bin.
 RatioSeries SeriesOf(const FitError& error, int view) {
   RatioSeries series;
   for (Eigen::Index bin = 0; bin < error.sum_px.cols(); ++bin) {

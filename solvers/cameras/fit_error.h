@@ -12,44 +12,46 @@
 
 namespace kinegraph {
 
-// How well given cameras explain a recording: each stretch's state is estimated
-// with them, and its residuals are summed over short bins of time.
+// How well given cameras explain a recording: each segment's state is estimated
+// with them, and its residuals are summed in short time bins.
 struct FitError {
   // Sums of min(|residual|, 30 px) and counts, [view, bin].
   Eigen::ArrayXXd sum_px;
   Eigen::ArrayXXd count;
-  // Errors that last over a stretch [m]: the length of its mean residual at its
-  // depth, summed by view, and the number of stretches.
+  // Errors that persist over a segment [m]: the length of its mean residual at
+  // its depth, summed by view; and the number of segments by view.
   Eigen::ArrayXd lasting_m;
   Eigen::ArrayXd segments;
   double LastingM(size_t view) const;
-  double MeanPx(int view = -1) const;  // -1: of all views
+  double MeanPx(int view = -1) const;  // -1: all views
 };
 
-// Column of each bin of time with at least one stretch, by floor(middle_s /
-// BinLength); gaps of the clock take no columns.
+// Column of each time bin with at least one segment, by floor(middle_s /
+// BinLength); empty bins have no column.
 std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments);
 
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,
                     const SegmentOptions& options);
 
-// The decrease of MeanPx from `before` to `after` over one view or all (-1),
-// with its paired 95 % interval (moving blocks of two bins).
+// The decrease of MeanPx from `before` to `after` in one view or in all (-1),
+// with its paired 95 % interval (moving-block bootstrap with blocks of two
+// bins).
 struct FitGain {
   double before_px = 0.0;
   double after_px = 0.0;
   double low_px = 0.0;  // of the gain
   double high_px = 0.0;
-  // Of one view: FitError::LastingM, at people's depth.
+  // FitError::LastingM of the view; 0 for all views.
   double lasting_before_m = 0.0;
   double lasting_after_m = 0.0;
-  // The share of it that is removed.
+  // The fraction of the persistent error that is removed.
   double explained() const {
     return lasting_before_m > 0.0 ? 1.0 - lasting_after_m / lasting_before_m
                                   : 0.0;
   }
-  // The interval excludes zero: the later cameras explain the recording better.
+  // Whether the interval excludes zero, i.e. the cameras after the change
+  // explain the recording better.
   bool certain() const { return low_px > 0.0; }
   double share() const {
     return before_px > 0.0 ? 1.0 - after_px / before_px : 0.0;

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kCapPx = 30.0;
 
-// Residual of a measurement, capped; the cap where it has no image.
+// Residual of a measurement, capped; equal to the cap if the point has no
+// image.
 double CappedPx(const CameraRig& cameras,
                 const std::vector<CameraChange>& changes,
                 const MotionSegment& segment, const SegmentState& state,
@@ -22,13 +23,14 @@ double CappedPx(const CameraRig& cameras,
   return r.has_value() ? std::min(kCapPx, r->norm() * one.sigma_px) : kCapPx;
 }
 
-// A stretch by the other views, and the measurements of the view held out.
+// A segment with the measurements of the other views, and those of the held-out
+// view.
 struct SplitSegment {
   MotionSegment others;
   std::vector<SegmentMeasurement> left_out;
 };
 
-// The stretches that at least two views other than `view` see.
+// The segments that at least two views other than `view` see.
 std::vector<SplitSegment> SplitBy(const SceneSegments& segments, int view) {
   std::vector<SplitSegment> split;
   for (const MotionSegment& segment : segments.segments) {
@@ -52,7 +54,8 @@ std::vector<SplitSegment> SplitBy(const SceneSegments& segments, int view) {
   return split;
 }
 
-// Adds the errors in the view held out, at the states by the others.
+// Adds the errors in the held-out view, at the states estimated from the
+// others.
 void AddLeftOut(const CameraRig& cameras,
                 const std::vector<SplitSegment>& split,
                 const std::vector<CameraChange>& changes, double noise_scale,

@@ -12,11 +12,11 @@
 
 namespace kinegraph {
 
-// Gain of a fit of some parameters in a view that took no part in it and keeps
+// Gain of a fit of some parameters in a view that is excluded from it and keeps
 // its camera: each view in turn, at points that at least two others
-// triangulate. Cameras that are distorted jointly agree better with each other
-// and worse with one held out. nullopt with fewer than four views: of three,
-// the remaining two agree whatever they are.
+// triangulate. Cameras that are jointly biased by a fit agree better with each
+// other and worse with a held-out camera. nullopt with fewer than four views,
+// because the remaining two views of three always agree.
 std::optional<FitGain> LeftOutGain(const CameraRig& cameras,
                                    const SceneSegments& segments,
                                    const FreeParameters& free,

@@ -12,18 +12,19 @@
 namespace kinegraph {
 namespace {
 
-// Least gain for which calibrated cameras are replaced. It does not apply where
-// a clock is late: people at rest give no information on the clock and dilute
-// the gain.
+// Minimum gain for which calibrated cameras are replaced. It does not apply if
+// a clock is late, because people at rest give no information about clocks and
+// reduce the mean gain.
 constexpr double kLeastShareOfGain = 0.01;
-// Clocks and cameras that are more correlated than this are indistinguishable.
+// Clocks and cameras that are more correlated than this count as
+// indistinguishable.
 constexpr double kMostCorrelation = 0.95;
-// Least number of stretches: some hundred numbers per view for up to nine
-// camera parameters each.
+// Minimum number of motion segments: some hundred measurements per view for up
+// to nine camera parameters each.
 constexpr size_t kLeastSegments = 60;
 
-// Clock errors below a sixth of a frame hardly matter, and the effect of
-// walking on a detector's bias looks like them.
+// Minimum clock error in frames. Smaller errors hardly matter, and the effect
+// of walking on a detector's bias looks the same.
 constexpr double kLeastLateFrames = 0.15;
 constexpr double kLateSigmas = 4.0;
 
@@ -38,7 +39,7 @@ void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
   }
 }
 
-// Fits, decides, and keeps the result if it is a gain.
+// Fits some parameters, and keeps the result if the gain is significant.
 void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
               const FreeParameters& free, const std::string& what,
               const BundleOptions& options, Refinement* refinement) {
@@ -55,12 +56,14 @@ void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
   if (!result.usable) {
     step.reason = "the solver found no solution";
   } else if (!step.gain.certain()) {
-    step.reason = "the gain on the other half of the recording is not certain";
+    step.reason =
+        "the gain on the held-out half of the recording is not significant";
   } else if (step.gain.share() < kLeastShareOfGain &&
              !AnyIsLate(result, segments.frame_s, segments.span_s)) {
-    step.reason = "the gain on the other half of the recording is below 1 %";
+    step.reason = "the gain on the held-out half of the recording is below 1 %";
   } else if (!gain_across(Halving::kJoints).certain()) {
-    step.reason = "the gain on the other half of the joints is not certain";
+    step.reason =
+        "the gain on the held-out half of the joints is not significant";
   } else {
     step.taken = true;
     refinement->changes = result.changes;
@@ -70,8 +73,8 @@ void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
 }
 
 // Fits clocks (the first step) and cameras (the second) jointly from their
-// present values, which corrects what one absorbed of the other. If they are
-// indistinguishable, the clocks return to their stated values.
+// current values, which corrects errors of one that the other absorbed. If they
+// are indistinguishable, the clocks are reset to their stated values.
 void StepTogether(const CameraRig& cameras, const SceneSegments& segments,
                   const FreeParameters& both, const BundleOptions& options,
                   Refinement* refinement) {
@@ -94,8 +97,8 @@ void StepTogether(const CameraRig& cameras, const SceneSegments& segments,
       "clocks and cameras cannot be separated in this recording";
 }
 
-// Whether cameras that took no part in the fit show a certain gain, too, with
-// the present clocks. With too few cameras for this test it passes.
+// Whether cameras excluded from the fit also show a significant gain, with the
+// current clocks; true if there are too few cameras for this test.
 bool HelpsOthers(const CameraRig& cameras, const SceneSegments& segments,
                  const FreeParameters& free, const BundleOptions& options,
                  const Refinement& refinement, RefineStep* step) {
@@ -110,8 +113,8 @@ bool HelpsOthers(const CameraRig& cameras, const SceneSegments& segments,
 }
 
 // Mean number of samples of one joint in one view within a second, which count
-// as one: a detector's error depends on the direction from which the body is
-// seen, which hardly changes in less.
+// as one independent sample: a detector's error depends on the direction from
+// which the body is seen, which hardly changes within a second.
 double SamplesAtOnce(const SceneSegments& segments) {
   constexpr double kLastsS = 1.0;
   if (segments.segments.empty()) return 1.0;
@@ -131,7 +134,8 @@ double SamplesAtOnce(const SceneSegments& segments) {
                           : samples / static_cast<double>(distinct.size());
 }
 
-// Whether any clock is farther from the median than stretches can determine.
+// Whether any clock is farther from the median than motion segments can
+// determine.
 bool AnyIsFar(const std::vector<CameraChange>& changes) {
   const double usual_s = UsualClock(changes, kOffsetAt);
   return std::any_of(
@@ -151,7 +155,8 @@ double UsualClock(const std::vector<CameraChange>& changes, int place) {
 
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s) {
-  // The first view is the reference and has no sigma: use the second one's.
+  // The first view is the reference and has no sigma, so the second view's is
+  // used.
   const double sigma = fit.Sigma(view == 0 ? 1 : view, place);
   if (!(sigma > 0.0)) return false;
   const double reach_s = place == kDriftAt ? span_s : 1.0;
@@ -185,12 +190,12 @@ const std::vector<std::string>& GroundKindNames() {
 
 void RefineOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("refine", &refine, RefineKindNames(),
-                 "what is estimated of each camera from the people");
+                 "camera parameters refined from the people");
   visitor.Boolean("refine_clock", &refine_clock,
                   "estimate offset and drift of each view's clock");
   visitor.Choice("ground", &ground, GroundKindNames(),
-                 "turn the world so that z points up from the floor on which "
-                 "people stand");
+                 "transform the world so that z points up from the floor on "
+                 "which people stand");
 }
 
 FreeParameters CameraParametersOf(RefineKind kind) {
@@ -238,7 +243,7 @@ Refinement RefineScene(const CameraRig& cameras,
     refinement.steps.push_back(
         {"clock",
          /*taken=*/false,
-         "people hardly move, which gives no information on clocks",
+         "people hardly move, which gives no information about clocks",
          {}});
   } else if (options.refine_clock) {
     step(clocks, "clock");
@@ -257,20 +262,21 @@ Refinement RefineScene(const CameraRig& cameras,
     both.drift = clocks.drift;
     StepTogether(cameras, segments, both, bundle, &refinement);
   }
-  // Clocks and cameras may have to be corrected jointly to help the others.
+  // Tested last, because excluded cameras may gain only if clocks and cameras
+  // are corrected jointly.
   if (free.any_camera() && refinement.steps.back().taken &&
       !HelpsOthers(cameras, segments, free, bundle, refinement,
                    &refinement.steps.back())) {
     RefineStep refused = std::move(refinement.steps.back());
     refused.taken = false;
-    refused.reason = "cameras that took no part see no gain";
+    refused.reason = "cameras excluded from the fit show no significant gain";
     refinement = clocks_alone;
     refinement.steps.push_back(std::move(refused));
   }
   if (!AnyIsFar(refinement.changes)) return refinement;
   RefineStep clock = refinement.steps.front();
   clock.taken = false;
-  clock.reason = "clocks that are off by more than 0.1 s may be noise";
+  clock.reason = "estimated clock errors of more than 0.1 s may be noise";
   RefineOptions cameras_alone = options;
   cameras_alone.refine_clock = false;
   refinement = RefineScene(cameras, detections, matches, cameras_alone, given);
@@ -303,8 +309,8 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
           recorded.capture_time +
           FromSeconds(offset_s +
                       drift * ToSeconds(recorded.capture_time - middle));
-      // The frame whose time is nearest. Beyond the ends of the recording there
-      // is none.
+      // The frame whose time is nearest; beyond the ends of the recording the
+      // difference is too large.
       auto at = std::lower_bound(
           frames.begin(), frames.end(), capture,
           [](const DetectionFrame& f, TimeNs time) { return f.time < time; });
@@ -333,17 +339,18 @@ BundleOptions WithLastingErrors(BundleOptions options,
 void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
                  const FrozenMatches& matches, const BundleOptions& bundle,
                  Refinement* refinement) {
-  std::vector<int> taken;  // by any view
+  std::vector<int> taken;  // parameters refined in any view
   for (const std::vector<int>& places : refinement->places) {
     taken.insert(taken.end(), places.begin(), places.end());
   }
   const FreeParameters free = FreeParameters::At(taken);
   std::vector<CameraChange> start = refinement->changes;
   for (CameraChange& change : start) {
-    change[kOffsetAt] = change[kDriftAt] = 0.0;  // already applied to the
-                                                 // detections
+    // Already applied to the detections.
+    change[kOffsetAt] = change[kDriftAt] = 0.0;
   }
-  // A single fit, unlike the decisions' many, can afford more of the recording.
+  // A single fit, unlike the many fits of the decisions, can afford more
+  // segments.
   constexpr int kTimesMore = 4;
   SegmentOptions more = bundle.segments;
   more.max_segments *= kTimesMore;

@@ -18,16 +18,17 @@ namespace kinegraph {
 
 FreeParameters CameraParametersOf(RefineKind kind);
 
-// ---- Which views are out of time, according to a fit of the clocks ----
+// ---- Views that are out of sync, according to a fit of the clocks ----
 
-// Median over all views. The first view's clock is the reference of a fit but
-// may itself be wrong, so views are late relative to the median.
+// Median of a clock parameter over all views. The first view's clock is the
+// reference of a fit but may itself be wrong, so views count as late relative
+// to the median.
 double UsualClock(const std::vector<CameraChange>& changes, int place);
 
 // Whether the view's offset or drift (`place`; drift times `span_s`) deviates
 // by more than four standard deviations and more than 0.15 frames, but by less
-// than stretches can determine (kFarthestClockS). `fit`: with free clocks and
-// fixed cameras.
+// than motion segments can determine (kFarthestClockS). `fit`: with free clocks
+// and fixed cameras.
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s);
 
@@ -38,23 +39,24 @@ bool AnyIsLate(const BundleResult& fit, double frame_s, double span_s);
 struct RefineStep {
   std::string what;  // "clock", "shift", ...
   bool taken = false;
-  std::string reason;  // why it was not taken; empty if it was
+  std::string reason;  // why it was rejected; empty if taken
   FitGain gain;        // on the held-out half of the recording
-  // In cameras that took no part, if this was tested and there are enough.
+  // Gain in cameras excluded from the fit, if this was tested and there are
+  // enough cameras.
   std::optional<FitGain> left_out = std::nullopt;
 };
 
 struct Refinement {
   std::vector<CameraChange> changes;  // of the steps taken; one per view
-  // Standard deviations of the changes; zero where nothing was estimated.
+  // Standard deviations of the changes; zero for parameters not estimated.
   std::vector<CameraChange> sigmas;
   // Parameters of the steps taken and their joint covariance, view by view;
   // empty if none was taken.
   std::vector<std::vector<int>> places;  // one list per view
   Eigen::MatrixXd covariance;
   std::vector<RefineStep> steps;
-  double largest_correlation = 0.0;  // of a clock with a camera
-  int64_t segments = 0;              // number used
+  double largest_correlation = 0.0;  // between a clock and a camera parameter
+  int64_t segments = 0;              // number of motion segments used
   // Whole frames by which each view was shifted beforehand; part of `changes`.
   std::vector<int> lag_frames;
   bool hardly_moves = false;  // too little motion to determine clocks
@@ -62,31 +64,32 @@ struct Refinement {
   bool any_taken() const;
 };
 
-// Clocks come first, then cameras: a late clock looks like a shift in the
-// direction of walking, which a moved camera would absorb.
+// Refines clocks first, then cameras, because a late clock looks like a shift
+// in the direction of walking, which a change of the camera would absorb.
 Refinement RefineScene(const CameraRig& cameras,
                        const DetectionSequence& detections,
                        const FrozenMatches& matches,
                        const RefineOptions& options,
                        const BundleOptions& bundle = {});
 
-// Sets samples_at_once for lasting detector errors: the observations of a joint
-// in one view within a second count as one independent sample.
+// Sets samples_at_once for persistent detector errors: the observations of a
+// joint in one view within a second count as one independent sample.
 BundleOptions WithLastingErrors(BundleOptions options,
                                 const SceneSegments& segments);
 
 // The second round: with cameras and clocks nearly right, the tracker matches
-// more and only the detector's noise is left. Re-estimates all that
-// `refinement` has taken, jointly, from its present values. `detections` are
-// those of the first round with corrected clocks (WithClocks), `matches` theirs
-// with the refined cameras. Decisions do not change.
+// more detections and only the detector's noise remains. Jointly re-estimates
+// all parameters that `refinement` has changed, from their current values.
+// `detections`: those of the first round after WithClocks. `matches`: the
+// matches obtained from these with the refined cameras. Decisions are not
+// revised.
 void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
                  const FrozenMatches& matches, const BundleOptions& bundle,
                  Refinement* refinement);
 
 // The detections with each view's capture times corrected by its clock's offset
-// and drift. Measurements that are off by more than half a frame move to the
-// frame nearest to their own time.
+// and drift. Detections whose time differs by more than half a frame from their
+// frame's move to the nearest frame.
 DetectionSequence WithClocks(const DetectionSequence& detections,
                              const std::vector<CameraChange>& changes);
 

@@ -16,7 +16,7 @@ const std::vector<std::string>& RefineKindNames();
 enum class GroundKind { kOff, kFeet };
 const std::vector<std::string>& GroundKindNames();
 
-// Options of refinement, in the table "cameras", which the owner enters.
+// Options of refinement, part of the table "cameras".
 struct RefineOptions {
   RefineKind refine = RefineKind::kOff;
   bool refine_clock = false;

@@ -56,7 +56,7 @@ std::vector<SeenFrame> FramesOf(const FrozenPerson& person,
   return frames;
 }
 
-// Runs of frames that form a stretch: at most `span` long, without gaps.
+// A run of frames that forms a segment: at most `span` long, without gaps.
 struct Run {
   size_t person = 0;
   size_t begin = 0;
@@ -96,7 +96,8 @@ double JointSigma(const SegmentOptions& options, const Keypoint& joint,
                   options.sigma_px * scale / std::sqrt(confidence));
 }
 
-// DLT at the frame nearest the middle in which two views saw the joint.
+// Triangulates the joint (DLT) in the frame nearest to the middle in which at
+// least two views saw it.
 std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
                                        const std::vector<SeenFrame>& frames,
                                        const Run& run, int joint,
@@ -119,7 +120,7 @@ std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
     }
     if (measurements.size() < 2) continue;
     TriangulationOptions options;
-    options.min_angle_rad = 0.03;  // flatter rays do not determine the depth
+    options.min_angle_rad = 0.03;  // smaller angles do not determine depth
     const TriangulationResult result =
         TriangulateDlt({measurements.data(), measurements.size()}, options);
     if (result.ok()) return result.point_m;
@@ -127,8 +128,9 @@ std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
   return std::nullopt;
 }
 
-// Square root of the weight at the end (1) or the middle (0) of a stretch: a
-// Hann window, whose centroid does not depend on the sampling times.
+// Square root of the weight at a position between the middle (0) and the end
+// (1) of a segment: a Hann window, whose centroid hardly depends on the
+// sampling times.
 double TaperAt(double share) {
   return std::abs(share) < 1.0 ? std::cos(0.5 * M_PI * share) : 0.0;
 }
@@ -173,12 +175,12 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
   return std::count(seen.begin(), seen.end(), 1) >= 2;
 }
 
-// A view could match people whom two other views match, as long as it has as
-// many detections; false detections add nothing.
+// Counts the people whom a view could match because two other views match them,
+// limited by the view's number of detections.
 void CountMatches(const DetectionSequence& detections,
                   const FrozenMatches& matches, SceneSegments* segments) {
   struct Frame {
-    int64_t people = 0;            // each matched here or in two other views
+    int64_t people = 0;            // people matched in at least two views
     std::vector<int64_t> matched;  // [view]
   };
   const auto views = static_cast<size_t>(segments->view_count);
@@ -212,9 +214,9 @@ void CountMatches(const DetectionSequence& detections,
   }
 }
 
-// A common factor on all sigmas: the median of the squared norms of 2D Gaussian
-// residuals is 2 log 2, less the degrees of freedom of the states. Never zero,
-// as residuals are divided by it.
+// A common factor of all sigmas, from the median of the squared norms of
+// residuals: 2 log 2 for 2D Gaussian errors, reduced by the degrees of freedom
+// of the states. Never zero, because residuals are divided by it.
 double NoiseScale(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
                   const std::vector<MotionSegment>& segments) {
@@ -238,7 +240,7 @@ double NoiseScale(const CameraRig& cameras,
       kLeast, std::sqrt(Quantile(norms, 0.5) / (2.0 * std::log(2.0)) / left));
 }
 
-// Root mean square of the standard deviations of a stretch's velocity
+// Root mean square of the standard deviations of a segment's velocity
 // components [m/s], at a noise scale of 1.
 double VelocitySigma(const CameraRig& cameras, const MotionSegment& segment,
                      const SegmentOptions& options) {
@@ -258,7 +260,7 @@ double VelocitySigma(const CameraRig& cameras, const MotionSegment& segment,
   return std::sqrt(variance);
 }
 
-// Coordinate of each stretch along the direction in which people move most [m],
+// Coordinate of each segment along the direction in which people move most [m],
 // relative to the mean position of its joint.
 std::vector<double> PlacesOf(const std::vector<MotionSegment>& segments) {
   std::map<int, std::pair<Eigen::Vector3d, double>> of_joint;
@@ -297,8 +299,8 @@ bool IsLower(JointClass joint_class) {
          joint_class == JointClass::kAnkle || joint_class == JointClass::kFoot;
 }
 
-// Whether each stretch is in the first half. Joints stay in pairs, since
-// skeletons alternate left and right, so that each half has both sides.
+// Whether each segment is in the first half. Joints are assigned in pairs,
+// because skeletons alternate left and right, so that each half has both sides.
 std::vector<bool> FirstHalf(const SceneSegments& scene, Halving halving) {
   const std::vector<MotionSegment>& segments = scene.segments;
   std::map<int, int> ranks;
@@ -392,8 +394,8 @@ bool SolveSegment(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
                   const MotionSegment& segment, double noise_scale,
                   const SegmentOptions& options, SegmentState* state) {
-  // The loss is nearly convex around a triangulated start; a handful of steps
-  // converges.
+  // The loss is nearly convex around a triangulated start, so a few steps
+  // suffice.
   constexpr int kMaxIterations = 8;
   constexpr double kStepM = 1e-5;
   const SegmentState prior = PriorInformation(options);
@@ -475,7 +477,7 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   const std::vector<int>& joints = skeleton.association_joints();
   if (runs.empty() || joints.empty()) return result;
   const std::vector<CameraChange> no_change = NoChanges(cameras.size());
-  // Stretches are spread evenly over runs and joints.
+  // Segments are spread evenly over runs and joints.
   const double all = static_cast<double>(runs.size() * joints.size());
   const double step = std::max(1.0, all / options.max_segments);
   for (double at = 0.0; at < all; at += step) {

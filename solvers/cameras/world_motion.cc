@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kDegPerRad = 57.29577951308232;
 
-// Point of least squared distances to the optical axes.
+// The point with the least sum of squared distances to the optical axes.
 std::optional<Vector3d> LookedAt(const CameraRig& cameras) {
   Matrix3d information = Matrix3d::Zero();
   Vector3d pull = Vector3d::Zero();
@@ -27,7 +27,7 @@ std::optional<Vector3d> LookedAt(const CameraRig& cameras) {
     information += across;
     pull += across * camera.centre();
   }
-  // Axes that differ by an angle a have a least eigenvalue of about a^2 / 2.
+  // If axes differ by an angle a, the smallest eigenvalue is about a^2 / 2.
   constexpr double kLeast = 1e-3;  // some three degrees
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(information);
   if (!(solver.eigenvalues()[0] > kLeast)) return std::nullopt;
@@ -71,7 +71,7 @@ std::optional<WorldMotion> WorldMotionOf(const CameraRig& before,
       }
     }
   }
-  constexpr size_t kFewest = 9;  // of 27: never on one line
+  constexpr size_t kFewest = 9;  // of 27 points; never collinear
   if (from.size() < kFewest) return std::nullopt;
   Eigen::Matrix3Xd old_points(3, from.size()), new_points(3, from.size());
   WorldMotion motion;

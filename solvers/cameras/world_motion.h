@@ -7,18 +7,19 @@
 
 namespace kinegraph {
 
-// The similarity that maps points of the world of the old cameras to those that
-// the new cameras see at the same pixels.
+// The similarity transformation that maps points in the world of the old
+// cameras to the points that the new cameras see at the same pixels.
 struct WorldMotion {
-  double moved_m = 0.0;  // mean distance of the points
+  double moved_m = 0.0;  // mean displacement of the points
   double turned_deg = 0.0;
   double scale = 1.0;  // of lengths
 };
 
-// Evaluated on the part of a cube that at least two cameras see. Its centre is
-// the point nearest to all optical axes, its half edge a quarter of the
-// distance to the nearest camera. `after`: the cameras of `before`, in the same
-// order. nullopt where the axes are parallel or too little is seen.
+// Evaluated on the part of a cube that at least two cameras see. The cube's
+// centre is the point nearest to all optical axes, its half edge a quarter of
+// the distance to the nearest camera. `after`: the cameras of `before` after
+// refinement, in the same order. nullopt if the axes are parallel or too little
+// is seen.
 std::optional<WorldMotion> WorldMotionOf(const CameraRig& before,
                                          const CameraRig& after);
 

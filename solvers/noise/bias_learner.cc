@@ -33,7 +33,7 @@ int64_t FloorDivide(TimeNs time, TimeNs step) {
   return time >= 0 ? time / step : -((-time + step - 1) / step);
 }
 
-// Contribution of the views to the joint's coefficients, at its position.
+// Adds the contribution of a view to the joint's coefficients, at its position.
 void AddView(const BiasView& view, double independent, BiasSums* sums) {
   const auto& features = view.direction.features;
   const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
@@ -60,7 +60,7 @@ void AddView(const BiasView& view, double independent, BiasSums* sums) {
   sums->independent += independent;
 }
 
-// Contribution of a shift of its images.
+// Adds the contribution of a shift of the view's images.
 void AddShift(const BiasView& view, BiasSums* sums) {
   const auto at = static_cast<size_t>(view.view_idx);
   if (sums->views.size() <= at) sums->views.resize(at + 1);
@@ -187,8 +187,8 @@ void BiasSeries::AddAzimuth(int view_idx, double azimuth) {
   ++azimuths_[view_idx][sector];
 }
 
-// The median over cameras of the number of sectors that each has seen more than
-// a few times.
+// The range of azimuths in degrees: the median over cameras of the number of
+// sectors that each has seen more than a few times.
 double BiasSeries::AzimuthDegrees() const {
   std::vector<int> seen;
   for (const auto& sectors : azimuths_) {
@@ -236,7 +236,7 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   all += halves[1];
   ViewBias::OfJoint result;
   result.observations = all.observations;
-  // Where a shift explains all residuals, only rounding may remain.
+  // If a shift explains all residuals, only rounding errors may remain.
   if (all.observations == 0 || !(all.square > 0.0)) return result;
   const BiasVector bias = SolveBias(all, ridge);
   for (int i = 0; i < kViewFeatureCount; ++i) {
@@ -267,7 +267,7 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   result.gain_error =
       std::sqrt(std::max(0.0, (squares - sum * sum / n) * n / (n - 1.0)));
   // With a smaller gain the bias is less than a tenth of the errors' size, and
-  // its estimate has an error as large.
+  // the error of its estimate is as large.
   constexpr double kLeastGain = 0.01;
   result.used = always || sum > std::max(kLeastGain, LimitOfStudent(n - 1.0) *
                                                          result.gain_error);
@@ -277,10 +277,10 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
 ViewBias BiasSeries::Fit(bool always) const {
   ViewBias bias;
   bias.azimuth_deg = AzimuthDegrees();
-  // Required range of viewing directions per camera (median over cameras): half
-  // a turn where shifts of the cameras could be confused with a bias. With
-  // shifts removed, the cameras together must cover a full turn, the median
-  // camera at least a quarter.
+  // Required range of viewing directions per camera (median over cameras): 180
+  // degrees if shifts of the cameras could be confused with a bias. With shifts
+  // removed, the cameras together must cover 360 degrees, the median
+  // camera at least 90.
   const double least_deg =
       shifts_away_
           ? std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()))
@@ -380,7 +380,7 @@ namespace {
 const BodyStance* NearestStance(
     const std::vector<TimeNs>& times,
     const std::vector<std::optional<BodyStance>>& stances, size_t k) {
-  constexpr double kLongest_s = 0.3;  // a body turns little in that time
+  constexpr double kLongest_s = 0.3;  // in which a body hardly rotates
   const BodyStance* nearest = nullptr;
   double least_s = kLongest_s;
   const auto consider = [&](size_t i) {

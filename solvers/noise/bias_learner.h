@@ -1,5 +1,5 @@
 // Learns the detector's bias from the residuals of a recording's solutions,
-// over all people, and subtracts it from their pixels.
+// over all people, and writes it to their pixels.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 
@@ -26,14 +26,14 @@ inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 // Normal equations of one joint's coefficients. With residuals r = u -
 // project(X) at the solution's positions X and directions D, whitened,
 //   A = sum D' D,  g = sum D' r.
-// X is assumed to be known: neighbouring frames and bones have determined it
-// with far less of each view's error than its own frame could. A constant
-// offset of the joint in the body lies (nearly) in the span of the Jacobians J
-// = d project / d X and is unobservable in images. Coefficients must therefore
-// not move the joint on average: with offset = sum D' J B (B: the body's axes)
-// they satisfy offset' c = 0, i.e. are orthogonal to the coefficients of a
-// constant offset in the recording's own metric D' D. The written position is
-// that of the detector's own joint.
+// X is treated as known, because neighbouring frames and bones have determined
+// it with far less influence of each view's error than its own frame could. A
+// constant offset of the joint in the body lies (nearly) in the span of the
+// Jacobians J = d project / d X and is unobservable in images. Coefficients
+// must therefore not displace the joint on average: with offset = sum D' J B
+// (B: the body's axes) they satisfy offset' c = 0, i.e. they are orthogonal to
+// the coefficients of a constant offset in the recording's metric D' D. The
+// written position is that of the joint as the detector defines it.
 struct BiasSums {
   Eigen::Matrix<double, kBiasSize, kBiasSize> A = decltype(A)::Zero();
   Eigen::Matrix<double, kBiasSize, 1> g = decltype(g)::Zero();
@@ -43,12 +43,13 @@ struct BiasSums {
   double weight = 0.0;  // sum of the squared whitening [1/m^2]
   double square = 0.0;  // r' r
   int64_t observations = 0;
-  int64_t looks = 0;  // joints in frames; the observations are views of these
-  // The observations' equivalent number of independent ones, relative to a
-  // prior: lasting errors are observed repeatedly.
+  int64_t looks =
+      0;  // joints, summed over frames; each has several observations
+  // Equivalent number of independent observations, to be compared with the
+  // prior's: correlated errors are observed repeatedly.
   double independent = 0.0;
-  // By view, for as many as were seen: the effect S (whitened) of a one-pixel
-  // shift of that camera's images.
+  // By view, up to the last view seen: the effect S (whitened) of a one-pixel
+  // shift of this camera's images.
   struct OfView {
     Eigen::Matrix<double, kBiasSize, 2> cross =
         Eigen::Matrix<double, kBiasSize, 2>::Zero();  // D' S
@@ -70,24 +71,25 @@ struct BiasView {
   double per_sigma = 1.0;  // root of the robust weight, over sigma [1/px]
 };
 
-// Views of a joint in a frame, at its solution's position; each observation
-// counts as `independent` ones (at most 1). A single view is ignored: it has no
-// residual.
+// Adds the views of a joint in a frame, at its solution's position; each
+// observation counts as `independent` (at most 1) independent observations. A
+// single view is ignored, because it has no residual.
 void AddViews(const std::vector<BiasView>& views, double independent,
               BiasSums* sums);
 
 // Number of independent observations that each observation counts as, in a
-// series with one every `period_s`: from the variance of a mean of AR(1)
-// errors.
+// series with one observation every `period_s`, from the variance of a mean of
+// AR(1) errors.
 double IndependentShare(const ErrorCorrelation& correlation, double period_s);
 
-// The ridge solution that does not move the joint. `ridge` is a number of
+// The ridge solution that does not displace the joint. `ridge`: a number of
 // independent observations of mean weight.
 Eigen::Matrix<double, kBiasSize, 1> SolveBias(const BiasSums& sums,
                                               double ridge);
 
-// Sums over segments of a recording, alternating between its two halves. For
-// any length: when there are too many, neighbours are merged.
+// Sums over segments of a recording, which alternate between its two halves.
+// For recordings of any length: if there are too many segments, neighbours are
+// merged.
 class BiasSeries {
  public:
   BiasSeries(const BiasJoints& joints, int view_count);
@@ -97,22 +99,22 @@ class BiasSeries {
   // Adds another person's sums, which must have as many joints and views.
   void Add(const BiasSeries& other);
 
-  // A shift of a camera's images moves all joints alike. Where each camera has
-  // seen people from some sides only, a shift could be confused with their
-  // bias, so the weighted mean over the joints of a camera is removed. Nothing
-  // may be added afterwards.
+  // Removes, for each camera, the weighted mean of the residuals over all
+  // joints. A shift of a camera's images displaces all joints alike, and could
+  // be confused with their bias if each camera has seen people from some sides
+  // only. Nothing may be added afterwards.
   void RemoveShifts();
 
-  // A joint is used where cameras have seen people from enough sides and,
-  // unless `always`, where the gain of one half's coefficients on the other is
-  // at least one per cent and significantly positive: the lower 97.5 % limit
-  // over segments.
+  // A joint is used if cameras have seen people from enough sides and, unless
+  // `always`, if the gain of one half's coefficients on the other half is at
+  // least one per cent and significantly positive (97.5 % confidence, over
+  // segments).
   ViewBias Fit(bool always) const;
-  // Fit() where the positions were solved from the same views and have absorbed
-  // part of the bias: a bias lasts longer than neighbouring frames
-  // could correct, so a position absorbs 3 of the 2 n numbers that its n views
-  // contribute. The residuals have kept the share 1 - 3 / (2 n), and
-  // coefficients are scaled up accordingly.
+  // Fit() for positions that were solved from the same views and have absorbed
+  // part of the bias: a bias is too persistent for neighbouring frames to
+  // correct, so a position absorbs 3 of the 2 n numbers that its n views
+  // contribute. The residuals contain the fraction 1 - 3 / (2 n) of the bias,
+  // and coefficients are scaled up accordingly.
   ViewBias FitSolved(bool always) const;
 
  private:
@@ -131,7 +133,7 @@ class BiasSeries {
 };
 
 // Adds the residuals of a recording's solution to a series, with the solver's
-// weights. Measurements refer to `cameras`; `correlation` is that of the
+// weights. Measurements refer to `cameras`; `correlation`: of the detector's
 // errors.
 void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
                       double frame_rate_hz, const ErrorCorrelation& correlation,

@@ -12,7 +12,7 @@ bool HasSide(const std::string& name) {
          (name[0] == 'l' || name[0] == 'r');
 }
 
-// Axes with this up, and the left as near to `left` as possible.
+// Axes with the given up, and left as close to `left` as possible.
 std::optional<BodyAxes> AxesOf(const Eigen::Vector3d& up,
                                const Eigen::Vector3d& left) {
   constexpr double kLeast_m = 0.05;
@@ -83,7 +83,7 @@ std::optional<ViewDirection> DirectionOf(const BiasJoints& joints,
   if (!camera.Project(point_m, &jacobian).has_value()) return std::nullopt;
   const double px_per_m = camera.focal_px() / camera.Depth(point_m);
   const Eigen::Vector2d along = jacobian * axes.up;
-  constexpr double kLeast = 0.2;  // of the trunk's length in the image
+  constexpr double kLeast = 0.2;  // relative length of the trunk in the image
   if (!(along.norm() > kLeast * px_per_m)) return std::nullopt;
   const double side = joints.SideOf(joint_idx);
   ViewDirection direction;

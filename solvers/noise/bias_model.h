@@ -1,13 +1,14 @@
-// The detector's bias as a function of the view: the definition of ViewBias.
+// Defines ViewBias, the detector's bias as a function of the viewing direction.
 //
 //   u = project(X) + (f / z) (s b_across e_across + b_along e_along)
 //   b = C [1, cos p, sin p, cos 2p, sin 2p, cos 3p, sin 3p, e, e cos p, e sin
 //   p]
 //
 // p: azimuth of the camera in the body's frame, positive towards the joint's
-// own side; e: the component of the viewing direction along the trunk. e_along
-// is the image of the trunk's direction, e_across is perpendicular to it; s is
-// -1 for joints of the right side, so that partners share coefficients C [m].
+// side; e: the component of the viewing direction along the trunk. e_along is
+// the image of the trunk's direction, e_across is perpendicular to it; s is -1
+// for joints of the right side, so that left and right share coefficients C
+// [m].
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 
@@ -32,13 +33,14 @@ struct BodyAxes {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
 };
 
-// Axes of the trunk and of the head (of the trunk where the ears are unknown).
+// Axes of the trunk and of the head (equal to the trunk's if the ears are
+// unknown).
 struct BodyStance {
   BodyAxes trunk;
   BodyAxes head;
 };
 
-// The index of each joint's coefficients.
+// Maps joints to coefficients, which left and right share.
 class BiasJoints {
  public:
   explicit BiasJoints(const Skeleton& skeleton);
@@ -51,8 +53,8 @@ class BiasJoints {
   // One per name.
   const std::vector<JointClass>& classes() const { return classes_; }
 
-  // From shoulders and hips; nullopt where `at` lacks any of the four, or they
-  // coincide.
+  // The stance from shoulders and hips; nullopt if `at` lacks any of the four,
+  // or if they coincide.
   using PositionOf =
       std::function<std::optional<Eigen::Vector3d>(int joint_idx)>;
   std::optional<BodyStance> FrameOf(const PositionOf& at) const;
@@ -69,7 +71,7 @@ class BiasJoints {
   Pair ears_;
 };
 
-// A joint in a view: the factors of its coefficients.
+// The factors of a joint's coefficients in one view.
 struct ViewDirection {
   Eigen::Matrix<double, kViewFeatureCount, 1> features;
   // Pixels per metre across and along.
@@ -80,7 +82,7 @@ struct ViewDirection {
   double azimuth = 0.0;  // of the camera around the body, not mirrored [rad]
 };
 
-// nullopt where the camera does not see the point or looks along the trunk.
+// nullopt if the camera does not see the point or looks along the trunk.
 std::optional<ViewDirection> DirectionOf(const BiasJoints& joints,
                                          const BodyStance& frame, int joint_idx,
                                          const Eigen::Vector3d& point_m,
@@ -90,15 +92,14 @@ std::optional<ViewDirection> DirectionOf(const BiasJoints& joints,
 Eigen::Vector2d BiasOf(const ViewBias::OfJoint& bias,
                        const ViewDirection& direction);
 
-// The same bias with an entry for each of `names`, unused where `bias` has
-// none.
+// The same bias with an entry for each of `names`, unused if `bias` has none.
 ViewBias InOrderOf(const std::vector<std::string>& names, const ViewBias& bias);
 
 // Predicts the detector's bias for the joints of poses, in any camera.
 class DetectionPredictor {
  public:
   DetectionPredictor(const Skeleton& skeleton, const ViewBias& bias);
-  // [px]; zero where the pose does not determine the body's orientation.
+  // [px]; zero if the pose does not determine the body's orientation.
   Eigen::Vector2d BiasOf(const PersonPose& person, int joint_idx,
                          const Camera& camera) const;
 

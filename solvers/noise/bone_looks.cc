@@ -48,10 +48,11 @@ NormalEquations Linearise(const JointChain& chain, size_t k,
   return sum;
 }
 
-// Noise-equivalent length of the smoother that is optimal for white noise on
-// acceleration, H(w) = 1 / (1 + (w / w_c)^4) with w_c^4 = q / (R h): it
-// averages over pi / (0.833 w_c) seconds (0.833: the integral of H^2 over w /
-// w_c). At most a second: motion is not stationary for longer.
+// Noise-equivalent averaging length [frames] of the smoother that is optimal
+// for white noise on acceleration, H(w) = 1 / (1 + (w / w_c)^4) with w_c^4 = q
+// / (R h): it averages over pi / (0.833 w_c) seconds (0.833: the integral of
+// H^2 over w / w_c). Limited to a second, because motion is not stationary for
+// longer.
 double AveragedFrames(const JointChain& chain, size_t k, double variance_m2,
                       double interval_s) {
   if (chain.process_noise.empty()) return 1.0;

@@ -1,4 +1,4 @@
-// The bones of a skeleton as seen by the views of single frames, without any
+// Observations of a skeleton's bones from the views of single frames, without a
 // motion prior.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
 #define KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
@@ -14,9 +14,9 @@
 
 namespace kinegraph {
 
-// Length of that bone in an adult [m], from segment lengths as shares of a
-// stature of 1.70 m (Drillis and Contini 1966, as in Winter, Biomechanics and
-// Motor Control of Human Movement, fig. 4.1); nullopt for other bones.
+// Length of a bone in an adult [m], from segment lengths relative to a stature
+// of 1.70 m (Drillis and Contini 1966, as in Winter, Biomechanics and Motor
+// Control of Human Movement, fig. 4.1); nullopt for other bones.
 std::optional<double> PopulationLength(const std::string& joint_a,
                                        const std::string& joint_b);
 
@@ -24,10 +24,10 @@ std::optional<double> PopulationLength(const std::string& joint_a,
 // the remaining pairs of nose, eyes and ears, which belong to one rigid head.
 std::vector<Bone> RigidPairs(const Skeleton& skeleton);
 
-// Whether it is the bone between `a` and `b`, in either order.
+// Whether `bone` connects `a` and `b`, in either order.
 bool SameBone(const Bone& bone, int a, int b);
 
-// Position of a joint in one frame from its views alone, without motion prior
+// Position of a joint in one frame from its views alone, without a motion prior
 // or bones.
 struct BoneEnd {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -36,17 +36,17 @@ struct BoneEnd {
   Eigen::Vector3d estimate_m = Eigen::Vector3d::Zero();
   // For the modelled noise of the pixels.
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  // Squared residuals in sigmas and their degrees of freedom (2 views - 3): a
-  // measure of how accurate the modelled noise is.
+  // Sum of squared residuals in sigmas and its degrees of freedom (2 x views -
+  // 3), which show how accurate the modelled noise is.
   double square = 0.0;
   int freedom = 0;
   // Number of frames over which the solver averages the joint's position.
   double averaged_frames = 1.0;
 };
 
-// One per joint; nullopt where fewer than two views have sufficient weight (at
-// least `inlier_weight` at the estimate) or they leave a direction
-// undetermined. `interval_s`: between frames.
+// By joint; nullopt if fewer than two views have sufficient weight (at least
+// `inlier_weight` at the estimate) or if they leave a direction undetermined.
+// `interval_s`: time between frames.
 std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
                                                    size_t frame_idx,
                                                    double inlier_weight,
@@ -58,19 +58,19 @@ struct BoneObservation {
   double square = 0.0;  // of both ends
   int freedom = 0;
   double averaged_frames = 1.0;
-  // For the modelled noise of the pixels: the mean increase of distances,
-  // variance along the bone, trace of its covariance and of the square of that.
-  // The bone's direction is taken from the estimate: in a single frame noise
-  // turns the bone towards the noise's longest direction, so that observations
-  // that are too long would be assigned large noise, and the mean of the others
-  // would be too short.
+  // For the modelled pixel noise: the mean increase of the distance, the
+  // variance along the bone, and the traces of the covariance and of its
+  // square. The bone's direction is taken from the estimate: in a single frame,
+  // noise rotates the bone towards the direction of largest noise, so that
+  // observations that are too long would be assigned large noise, and the mean
+  // of the others would be too short.
   double added_m = 0.0;
   double variance_m2 = 0.0;
   double noise_m2 = 0.0;
   double noise_square_m4 = 0.0;
 };
 
-// nullopt where both ends are, or are estimated, at the same position.
+// nullopt if both ends are at the same position, observed or estimated.
 std::optional<BoneObservation> LookAtBone(const BoneEnd& a, const BoneEnd& b);
 
 }  // namespace kinegraph

@@ -21,10 +21,10 @@ struct LengthFit {
   // lengths.
   bool is_median = true;
   double length_m = 0.0;
-  // Negative where observations vary less than their noise predicts.
+  // Negative if observations vary less than their noise predicts.
   double spread_m2 = 0.0;
-  double noise_m2 = 0.0;           // of an observed length, on average
-  double variance_m2 = 0.0;        // the same, spread included
+  double noise_m2 = 0.0;           // mean variance of an observed length
+  double variance_m2 = 0.0;        // the same including the spread
   std::vector<double> deviations;  // of the observations, in sigmas
 };
 
@@ -40,16 +40,16 @@ double QuantileOf(const std::vector<BoneObservation>& looks, double share,
 
 // Upper quartile of chi-square with one degree of freedom.
 constexpr double kUpperQuartile = 1.3233;
-// Quantile 0.3 of chi-square (Wilson and Hilferty 1931): within 1 % from one
-// degree of freedom on.
+// The 0.3 quantile of chi-square (Wilson and Hilferty 1931), accurate to 1 %
+// from one degree of freedom on.
 double LowChiSquare(int freedom) {
-  constexpr double kNormal = -0.5244;  // of the standard normal at 0.3
+  constexpr double kNormal = -0.5244;  // 0.3 quantile of the standard normal
   const double spread = 2.0 / (9.0 * freedom);
   const double root = 1.0 - spread + kNormal * std::sqrt(spread);
   return freedom * root * root * root;
 }
 
-// Factor on the variance of the modelled noise, from the residuals.
+// Factor of the variance of the modelled noise, from the residuals.
 double NoiseScale(const std::vector<BoneObservation>& looks) {
   return std::max(1e-6, QuantileOf(looks, 0.3, [](const BoneObservation& look) {
                     return WeightedValue(
@@ -87,7 +87,7 @@ LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
   LengthFit fit;
   fit.known = true;
   double spread = 0.0;   // variance
-  double missing = 0.0;  // share of the noise not visible in observations
+  double missing = 0.0;  // fraction by which the noise is overestimated
   for (int round = 0; round < 3; ++round) {
     fit.length_m = QuantileOf(looks, 0.5, [&](const BoneObservation& look) {
       return WeightedValue(
@@ -135,7 +135,7 @@ LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
   for (const BoneObservation& look : looks) {
     values.emplace_back(Square(look.distance_m) - scale * look.noise_m2, 1.0);
   }
-  // Starts at the median, which lies below the required mean.
+  // Starts with the median, which lies below the required mean.
   double square_m2 = WeightedQuantile(values, 0.5);
   std::vector<double> variances_m4(looks.size());
   for (int round = 0; round < 5; ++round) {
@@ -183,7 +183,7 @@ bool IsNoisy(const std::vector<BoneObservation>& looks, double scale) {
   return noise > kMost * (square - noise);
 }
 
-// Undetermined where every observed length is below its noise. See BoneSpreads
+// Undetermined if observed lengths do not exceed their noise. See BoneSpreads
 // for the choice of model. `looks` must not be empty.
 LengthFit FitLength(const std::vector<BoneObservation>& looks) {
   const double scale = NoiseScale(looks);
@@ -191,14 +191,15 @@ LengthFit FitLength(const std::vector<BoneObservation>& looks) {
                                : FitMedianLength(looks, scale);
 }
 
-// People differ by a tenth, and detectors' joints differ from anatomical ones.
+// People differ by a tenth, and detectors' joints differ from anatomical
+// joints.
 constexpr double kPopulationShare = 0.15;
-// Difference of left and right, for one person and detector [m].
+// Difference between left and right, for one person and detector [m].
 constexpr double kAsymmetry = 0.01;
 // Observations required for a bone without a population length.
 constexpr int64_t kEnough = 25;
-// A length that varies by more than this share of itself carries no
-// information beyond the motion model.
+// A length whose relative variation exceeds this carries no information beyond
+// the motion model.
 constexpr double kGivesWay = 0.2;
 
 // Variance of the logarithm of a scale found from the upper quartile of N
@@ -209,8 +210,8 @@ constexpr double kQuartileVariance = 3.34;
 // mean.
 constexpr double kMedianVariance = 1.571;
 
-// Effective numbers of independent observations, for a mean and for a variance:
-// neighbouring observations are correlated.
+// Effective numbers of independent observations for a mean and for a variance,
+// because consecutive observations are correlated.
 struct Worth {
   double of_mean = 1.0;
   double of_square = 1.0;
@@ -234,15 +235,15 @@ Worth WorthOf(const std::vector<double>& deviations) {
           std::max(1.0, count * (1.0 - rho * rho) / (1.0 + rho * rho))};
 }
 
-// Variance of the mean of errors whose correlation is exp(-|dt| / tau) over a
-// time T, relative to that of one of them; x = T / tau.
+// Variance of the mean over a time T of errors with the correlation exp(-|dt| /
+// tau), relative to the variance of a single error; x = T / tau.
 double MeanOfLasting(double x) {
   constexpr double kShort = 1e-3;
   if (x < kShort) return 1.0;
   return 2.0 / x - 2.0 * (1.0 - std::exp(-x)) / (x * x);
 }
 
-// Among the first `end` bones the one of the other side; -1: none.
+// The same bone on the other side, among the first `end` bones, or -1.
 int MirrorOf(const Skeleton& skeleton, const std::vector<Bone>& bones,
              size_t bone_idx, size_t end) {
   const int a = skeleton.mirror(bones[bone_idx].a);
@@ -317,8 +318,8 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
   return summary;
 }
 
-// The deviations contain errors whose correlation time is well below the
-// duration of the recording; errors that last longer shift all observations
+// The deviations reflect errors whose correlation time is well below the
+// duration of the recording; more persistent errors shift all observations
 // alike and are accounted for here.
 double BoneSpreads::LengthVariance(const Summary& summary) const {
   if (!(lasting_.share > 0.0)) return summary.length_variance_m2;
@@ -410,7 +411,7 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
                             : seen_[static_cast<size_t>(mirror_[at])].count) >=
       kEnough;
   if (!population_m.has_value() && !enough) return std::nullopt;
-  if (!(information > 0.0)) return std::nullopt;  // shorter than any noise
+  if (!(information > 0.0)) return std::nullopt;  // no longer than the noise
   estimate.length_m = sum / information;
   estimate.length_sigma_m = std::sqrt(1.0 / information);
   // If neither side was seen, the length may vary as in the population.
@@ -485,8 +486,8 @@ std::vector<KnownBone> BoneLengths::Known() const {
 }
 
 std::optional<double> BoneLengths::Length(int bone_idx) const {
-  // Observations count as one independent one, accurate to kLookSigma, per
-  // kLook, the correlation time of a detector's errors.
+  // Observations within kLook, the correlation time of a detector's errors,
+  // count as one independent observation with the accuracy kLookSigma.
   constexpr double kLook = 0.2;           // s
   constexpr double kLookSigma = 0.04;     // m
   constexpr double kEnoughSeconds = 1.0;  // without a population's length

@@ -1,6 +1,6 @@
-// The length of a person's bones, its uncertainty, and how much each length
-// varies: joint centres of real people, and of detectors, are not points of
-// rigid bones.
+// Estimates the lengths of a person's bones, their uncertainty, and how much
+// each length varies: the joint centres of real people, and of detectors, are
+// not points on rigid bones.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BONE_SPREADS_H_
 #define KINEGRAPH_SOLVERS_NOISE_BONE_SPREADS_H_
 
@@ -25,7 +25,7 @@ struct BoneEstimate {
   double length_sigma_m = 0.0;  // standard error of the length
   // Standard deviation of the length over time, without the detector's noise.
   double spread_m = 0.0;
-  double spread_bound_m = 0.0;  // the same plus one standard error
+  double spread_bound_m = 0.0;  // upper bound: plus one standard error
   double averaged_frames = 1.0;
   int64_t looks = 0;
   // The length varies too much to be useful; the bone is left out.
@@ -35,31 +35,31 @@ struct BoneEstimate {
 // Collects observations of bones and estimates each bone's length and spread.
 //
 // Model of observation k: l_k = L + s_k + e_k, with s due to the spread and e
-// the noise of triangulation, of variance v_k. The scale of the noise comes
+// the noise of triangulation, of variance v_k. The scale of the noise follows
 // from the residuals of the same observations (a low quantile of square /
 // chi-square, unaffected by outliers). L is the weighted median; the spread is
-// the one for which the upper quartile of (l - L)^2 / (v + spread^2) is that of
-// chi-square with one degree of freedom (Paule and Mandel 1982, with a quantile
-// instead of the mean). Standard errors count consecutive observations as less
-// than one each, by their correlation. A constant error does not appear in the
-// deviations; SetLasting accounts for it. Where the noise is not small compared
-// with the bone, the observed distances are biased. Then their squares are
-// used, minus the noise's variance, E |d + e|^2 = L^2 + tr N; the spread of
-// such a bone is unobservable. A bone's spread is shrunk towards the mean of
-// the person's bones, more strongly the less these differ: small variations are
-// hard to estimate from one bone. The length combines the bone's own
-// observations, those of its mirror (standard deviation of the difference 1 cm)
-// and the population's length (15 %).
+// the value for which the upper quartile of (l - L)^2 / (v + spread^2) is that
+// of chi-square with one degree of freedom (Paule and Mandel 1982, with a
+// quantile instead of the mean). Standard errors use the effective number of
+// observations, which are correlated. A constant error does not appear in the
+// deviations; SetLasting accounts for it. If the noise is not small compared
+// with the bone, the observed distances are biased; then their squares minus
+// the noise's variance are used, because E |d + e|^2 = L^2 + tr N, and the
+// spread is unobservable. A bone's spread is shrunk towards the mean of the
+// person's bones, more strongly the less these differ: small variations are
+// hard to estimate from one bone. The length combines the bone's observations,
+// those of the same bone on the other side (standard deviation of the
+// difference 1 cm) and the population's length (15 %).
 //
-// Memory does not grow: with many observations one in two, four, ... is kept.
+// Memory is bounded: of many observations every second, fourth, ... is kept.
 class BoneSpreads {
  public:
   explicit BoneSpreads(const Skeleton& skeleton);
 
-  // RigidPairs(skeleton); the bones of the functions below.
+  // RigidPairs(skeleton), to which the bone indices below refer.
   const std::vector<Bone>& bones() const { return bones_; }
 
-  // The correlation of the detector's errors, and the time between frames.
+  // Sets the correlation of the detector's errors, and the time between frames.
   // Errors that do not average out over the observations increase the
   // uncertainty of the length.
   void SetLasting(const ErrorCorrelation& lasting, double frame_s) {
@@ -84,7 +84,7 @@ class BoneSpreads {
   struct Seen {
     std::vector<BoneObservation> looks;
     int64_t stride = 1;  // one observation in `stride` is kept
-    int64_t count = 0;   // of all observations
+    int64_t count = 0;   // number of all observations
   };
   // The result of one bone's own observations.
   struct Summary {
@@ -93,16 +93,17 @@ class BoneSpreads {
     double length_m = 0.0;
     double length_variance_m2 = 0.0;  // from the deviations
     double noise_m2 = 0.0;            // variance of an observed length
-    // Negative where observations vary less than their noise predicts.
+    // Negative if observations vary less than their noise predicts.
     double spread_variance_m2 = 0.0;
-    double spread_error_m2 = 0.0;  // standard error of the line above
+    double spread_error_m2 = 0.0;  // standard error of spread_variance_m2
     double rigid_error_m2 = 0.0;   // the same for a rigid bone
     double averaged_frames = 1.0;
   };
 
   // Distribution of the spreads (variances) over all bones of one person, seen
-  // by one detector (DerSimonian and Laird 1986). The errors are those of rigid
-  // bones: a bone's own error grows with its spread and would hide differences.
+  // by one detector (DerSimonian and Laird 1986). The standard errors are those
+  // of rigid bones, because a bone's own error grows with its spread and would
+  // hide differences.
   struct Pool {
     int bones = 0;
     double mean_m2 = 0.0;
@@ -116,7 +117,7 @@ class BoneSpreads {
   void SetSpread(const Summary& seen, BoneEstimate* estimate) const;
 
   std::vector<Bone> bones_;
-  std::vector<int> mirror_;  // of each bone; -1: none
+  std::vector<int> mirror_;  // by bone: the bone of the other side, or -1
   std::vector<std::optional<double>> population_m_;
   std::vector<Seen> seen_;
   mutable std::vector<Summary> summaries_;
@@ -127,37 +128,39 @@ class BoneSpreads {
 // The purpose of a bone's factor.
 enum class BoneUse {
   kEstimate,
-  // Less certain, for reported covariances: the length's own variance counts as
-  // often as frames are averaged, since its error is the same in all of them.
-  // In the estimate that would do more harm than good.
+  // Less certain, for reported covariances: the variance of the length counts
+  // as often as frames are averaged, because its error is the same in all of
+  // them. In the estimate this would do more harm than good.
   kCovariance
 };
 
 // The factor for a bone with this estimate. Its variance in one frame is
 //   n spread^2 + sqrt(n) hidden^2 + length_sigma^2
 // with n the number of frames over which the solver averages a joint:
-// - A joint centre sways for longer than a frame, so these n frames share one
-//   error and together must not be more certain than the spread permits.
+// - A joint centre is displaced for longer than a frame, so these n frames
+//   share one error and together must not be more certain than the spread
+//   permits.
 // - hidden^2 is the additional spread that the observations cannot exclude
 //   (spread_bound_m). Counted n times it would do more harm than good.
-// - An error of the length is one number for the whole recording, which moves
-//   each end by half of it; it counts once (BoneUse::kCovariance: n times).
+// - An error of the length is one number for the whole recording, which
+//   displaces each end by half of it; it counts once (BoneUse::kCovariance: n
+//   times).
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
                             BoneUse use = BoneUse::kEstimate);
 
-// Collects the distances of bones' ends where both were observed, and estimates
-// each bone's length: the median, shared by left and right and, for a human,
-// shrunk towards the population's while observations are few. Memory does not
-// grow: distances are counted in bins of 2 mm.
+// Collects the distances between the ends of bones if both were observed, and
+// estimates each bone's length: the median, common to left and right and, for a
+// human, shrunk towards the population's length while observations are few.
+// Memory is bounded, because distances are counted in bins of 2 mm.
 class BoneLengths {
  public:
   explicit BoneLengths(const Skeleton& skeleton);
 
-  // A distance of the ends of bone `bone_idx` of RigidPairs(skeleton) [m], seen
-  // for `duration_s`.
+  // Adds a distance between the ends of bone `bone_idx` of RigidPairs(skeleton)
+  // [m], observed for `duration_s`.
   void Add(int bone_idx, double distance_m, double duration_s);
 
-  // The bones of a pose whose ends were both observed.
+  // Adds the bones of a pose whose ends were both observed.
   void AddPose(const Pose3d& pose, double duration_s);
 
   // nullopt while there are too few observations and no population length.
@@ -169,34 +172,34 @@ class BoneLengths {
   static constexpr double kBin = 0.002;  // m
   static constexpr int kBinCount = 750;  // up to 1.5 m
 
-  // Distances of a bone and its mirror together.
+  // Distances of a bone and the same bone on the other side.
   struct Seen {
-    std::vector<float> seconds;  // by bin; empty: nothing yet
+    std::vector<float> seconds;  // by bin; empty without observations
     double total_s = 0.0;
   };
 
   std::vector<Bone> bones_;  // RigidPairs
-  // For each bone, itself or its mirror: the shared index in `seen_`.
+  // By bone: the index in `seen_`, which left and right share.
   std::vector<size_t> counted_as_;
   std::vector<std::optional<double>> population_m_;
   std::vector<Seen> seen_;
 };
 
-// The bones of one person, by the options: with length and variability as
-// observed in the recording, or with median lengths and one common variability.
-// Learnt from estimates without bones, which would otherwise reproduce the
-// assumed lengths.
+// The bones of one person according to the options: with length and variability
+// as observed in the recording, or with median lengths and one common
+// variability. Learnt from estimates without bone constraints, because these
+// would reproduce the assumed lengths.
 class PersonBones {
  public:
-  // `options` must outlive it.
+  // `options` must outlive this object.
   PersonBones(const SceneModel& scene, const GraphOptions& options);
 
-  // The correlation of the detector's errors, if it is learnt.
+  // Sets the correlation of the detector's errors, if it is learnt.
   void SetLasting(const ErrorCorrelation& lasting);
-  // Frame `k` of the problem, solved.
+  // Adds frame `k` of the solved problem.
   void AddFrame(const PersonProblem& problem, size_t k);
-  // Factors of all bones that are known, do not vary too much and have both
-  // ends `placed` (by joint).
+  // Constraints for all bones that are known, do not vary too much and have
+  // both ends `placed` (by joint).
   std::vector<BoneConstraint> Constraints(
       const std::vector<bool>& placed, BoneUse use = BoneUse::kEstimate) const;
 

@@ -11,12 +11,12 @@ namespace {
 // detector has needed more.
 constexpr std::array<double, 7> kPowers = {0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0};
 
-// Usual correlation time of a detector's errors [s].
+// Typical correlation time of a detector's errors [s].
 constexpr double kMemory = 0.1;
 
 constexpr double kLogGreatest = 2.7725887222397811;  // ln 16
 
-// Maximum of the parabola through the greatest entry and its neighbours.
+// Maximum of the parabola through the largest entry and its neighbours.
 template <size_t N>
 double Greatest(const std::array<double, N>& values) {
   const auto at = static_cast<size_t>(
@@ -45,7 +45,7 @@ ConfidenceLearner::ConfidenceLearner(double believed_power,
 }
 
 bool ConfidenceLearner::BeginFrame(TimeNs time) {
-  constexpr double kEarly = 0.5;  // tolerance in ms: clocks are rounded
+  constexpr double kEarly = 0.5;  // tolerance [ms] for rounded clocks
   if (last_.has_value() &&
       ToSeconds(time - *last_) < frame_s_ - 1e-3 * kEarly) {
     return false;
@@ -59,15 +59,15 @@ namespace {
 // A view's contribution to the joint's normal equations.
 struct LinearView {
   Eigen::Matrix3d square;  // J' J, J by the position [sigmas/m]
-  Eigen::Vector3d pull;    // J' r
+  Eigen::Vector3d pull;    // J' r, r the residual
   double residual_square = 0.0;
-  double above_mean = 0.0;  // of ln confidence
+  double above_mean = 0.0;  // ln confidence minus its mean
 };
 
-// With S the least sum of squares under the power's weights, d its degrees of
-// freedom and s the scale: -ln |sigmas| - ln |J' W J| / 2 - d ln s - (t + d) /
-// 2 ln(1 + S / (t s^2)), with t the degrees of freedom of the tails. False
-// where the views leave a direction undetermined.
+// Computes, for each scale s, -ln |sigmas| - ln |J' W J| / 2 - d ln s - (t + d)
+// / 2 ln(1 + S / (t s^2)), with S the least sum of squares under the power's
+// weights, d its degrees of freedom and t the degrees of freedom of the tails.
+// False if the views leave a direction undetermined.
 template <size_t N>
 bool LogLikelihood(const std::vector<LinearView>& views, double added_power,
                    std::array<double, N>* log_likelihood) {
@@ -161,7 +161,7 @@ namespace {
 constexpr double kLastScale = 3.0;  // sigmas
 
 constexpr double kExactM = 1e-6;
-constexpr double kRoughM = 1e-3;  // for a stage followed by another
+constexpr double kRoughM = 1e-3;  // for all stages but the last
 
 RobustTriangulator Stage(LossKind loss, double scale, double last_step_m) {
   RobustTriangulationOptions options;
@@ -194,7 +194,7 @@ void FrameTriangulator::LoadViews(const JointChain& chain, size_t k) {
   }
 }
 
-// Residuals at the start; false where it has no image in a view.
+// Computes the residuals at the start; false if it has no image in a view.
 bool FrameTriangulator::SetResiduals() {
   residuals_.views.clear();
   residuals_.square = 0.0;
@@ -230,7 +230,7 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   anywhere.require_in_front = false;
   const TriangulationResult dlt = TriangulateDlt(ideal_, anywhere);
   if (!dlt.ok()) return false;
-  // A view with the point behind it carries no information on noise.
+  // A view with the point behind it carries no information about noise.
   for (size_t v = views_.size(); v-- > 0;) {
     if (views_[v].camera->Project(dlt.point_m).has_value()) continue;
     views_.erase(views_.begin() + v);

@@ -1,5 +1,5 @@
-// Triangulation of one joint in one frame without a motion model, and the
-// dependence of errors on the detector's confidence in this recording: sigma is
+// Triangulates a joint in one frame without a motion model, and learns how
+// errors depend on the detector's confidence in a recording: sigma is
 // proportional to confidence^-power.
 #ifndef KINEGRAPH_SOLVERS_NOISE_FRAME_POINTS_H_
 #define KINEGRAPH_SOLVERS_NOISE_FRAME_POINTS_H_
@@ -29,7 +29,7 @@ struct ConfidenceWeighting {
   // that the size of the errors is left to NoiseScales.
   double mean_log = 0.0;
 
-  // Factor on the modelled sigma of a measurement with that ln confidence.
+  // Factor of the modelled sigma of a measurement with the given ln confidence.
   double SigmaFactor(double log_confidence) const {
     return added_power == 0.0
                ? 1.0
@@ -37,42 +37,42 @@ struct ConfidenceWeighting {
   }
 };
 
-// Compares powers by the likelihood of the least-squares residuals: the
-// restricted likelihood of one triangulated joint (its position integrated
-// out), with the tails of a t distribution for outliers, and for each power the
-// best size of errors by class of joint.
+// Compares powers by the restricted likelihood of the least-squares residuals
+// (the triangulated positions are integrated out), with the tails of a t
+// distribution for outliers, and with the best size of errors for each power
+// and class of joint.
 class ConfidenceLearner {
  public:
-  // `believed_power` is the prior; `frame_rate_hz` > 0.
+  // `believed_power`: mean of the prior. `frame_rate_hz` > 0.
   ConfidenceLearner(double believed_power, double frame_rate_hz);
 
-  // The next frame: false if it follows the last used one too soon to add
-  // information (a detector's errors are correlated), so that its joints need
-  // not be added. `time` ascends.
+  // Begins the next frame; `time` must ascend. False if it follows the last
+  // used frame too soon to add information (a detector's errors are
+  // correlated); its joints need not be added then.
   bool BeginFrame(TimeNs time);
 
-  // A joint of one frame: the measurements of its views, with the sigmas of
-  // `weighting` and the ln of their confidences, around the least-squares
-  // point.
+  // Adds a joint of one frame: the measurements of its views, with sigmas
+  // according to `weighting`, the ln of their confidences, and the
+  // least-squares point.
   void Add(JointClass joint_class, const std::vector<PixelPoint>& views,
            const std::vector<double>& log_confidences,
            const Eigen::Vector3d& point_m,
            const ConfidenceWeighting& weighting);
 
-  // The current estimate; the prior power while there is little evidence.
+  // The current estimate; equal to the prior if there is little evidence.
   ConfidenceWeighting Fit() const;
 
  private:
-  // ln of the factor on all sigmas: 1/16 to 16, as NoiseScales allows.
+  // Number of factors of all sigmas: 1/16 to 16, as in NoiseScales.
   static constexpr int kScaleCount = 15;
   using Scales = std::array<double, kScaleCount>;
 
   const double believed_power_;
-  const double frame_s_;        // least interval between used frames
+  const double frame_s_;        // minimum interval between used frames
   const double weight_;         // of a frame
   std::optional<TimeNs> last_;  // of the last used frame
   std::vector<double> powers_;  // candidates, ascending
-  // ln likelihood by power and class of joint.
+  // ln likelihood by power, class of joint and scale.
   std::vector<std::array<Scales, kJointClassCount>> log_likelihood_;
   double mean_log_ = 0.0;
   int64_t count_ = 0;  // number of views in the mean
@@ -82,14 +82,14 @@ class ConfidenceLearner {
 struct FramePoint {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  std::vector<double> weights;  // of each of the triangulator's views
+  std::vector<double> weights;  // by view of the triangulator
 };
 
-// Triangulates the measurements of single frames. Reuses its work space.
+// Triangulates the measurements of single frames. Reuses its memory.
 class FrameTriangulator {
  public:
-  // `cameras` must outlive the triangulator: views are identified by their
-  // camera's index.
+  // `cameras` must outlive the triangulator; views are identified by the index
+  // of their camera.
   explicit FrameTriangulator(const CameraRig& cameras);
 
   // Applied to modelled sigmas from the next frame loaded.
@@ -98,33 +98,35 @@ class FrameTriangulator {
   }
   const ConfidenceWeighting& weighting() const { return weighting_; }
 
-  // Takes the measurements of frame `k`, with the modelled sigmas and without
-  // the known bias. Least squares over all views: false if fewer than two see
-  // the joint, or they leave a direction undetermined.
+  // Loads the measurements of frame `k`, with the modelled sigmas and without
+  // the known bias, and triangulates by least squares over all views. False if
+  // fewer than two views see the joint, or if they leave a direction
+  // undetermined.
   bool Load(const JointChain& chain, size_t k);
 
   // The least-squares position of a joint over all views.
   struct Start {
     Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
     bool found = false;
-    bool by_all_views = false;  // none was left out
+    bool by_all_views = false;  // whether no view was left out
   };
-  // For the frame loaded last, including Load's result.
+  // The start in the frame loaded last; `found` is Load's result.
   const Start& start() const { return start_; }
   // Loads a frame again, without triangulating it.
   bool LoadAgain(const JointChain& chain, size_t k, const Start& start);
 
   const TriangulationResiduals& residuals() const { return residuals_; }
   const std::vector<PixelPoint>& views() const { return views_; }
-  // Natural logarithms, one per view.
+  // Natural logarithms of the confidences, one per view.
   const std::vector<double>& log_confidences() const {
     return log_confidences_;
   }
 
   // The point that minimises a redescending loss, with sigmas times `scale`.
-  // Narrowed in stages from least squares (Huber, then Geman-McClure). nullopt
-  // unless at least three views, and more than half, are inliers, or two of
-  // two. Covariance: that of the loss, by InformationCorrection.
+  // The loss is narrowed in stages, from least squares over Huber to
+  // Geman-McClure. nullopt unless at least three views, and more than half, are
+  // inliers, or both of two views. The covariance accounts for the loss by
+  // InformationCorrection.
   std::optional<FramePoint> Robust(double scale);
 
  private:

@@ -18,7 +18,7 @@ struct Spectrum {
         h(frame_s) {}
 
   double operator()(double w) const { return 1.0 - share + share * Lasting(w); }
-  // Spectrum of the lasting part alone, normalised.
+  // Normalised spectrum of the correlated part.
   double Lasting(double w) const {
     const double angle = std::min(kPi, w * h);
     return (1.0 - phi * phi) / (1.0 + phi * phi - 2.0 * phi * std::cos(angle));
@@ -30,8 +30,8 @@ struct Spectrum {
   double h;
 };
 
-// (1 / (1 + u^4))^2: share of the errors' power that the smoother passes at u
-// times its crossover.
+// (1 / (1 + u^4))^2: fraction of the errors' power that the smoother passes at
+// u times its crossover.
 double Passed(double u) {
   const double gain = 1.0 / (1.0 + u * u * u * u);
   return gain * gain;
@@ -40,13 +40,13 @@ double Passed(double u) {
 // Upper end of the integrals over u.
 constexpr double kEnd = 4.0;
 
-// Knots of CovarianceFactorTable: from 1e-7 to 1e14 in process noise over
-// variance [1/s^3].
+// Knots of CovarianceFactorTable: from 1e-7 to 1e14 in process noise / variance
+// [1/s^3].
 constexpr double kFirstKnot = -16.0;
 constexpr double kKnotsPerUnit = 8.0;
 constexpr int kKnots = 388;
 
-// Integral of `power` over u = w / w_c, at midpoints.
+// Integral of `power` over u = w / w_c by the midpoint rule.
 template <typename Power>
 double Integral(const Power& power) {
   constexpr int kSteps = 48;
@@ -60,14 +60,14 @@ double Integral(const Power& power) {
 // Integrals over u = w / w_c in units of R h S(w_c).
 struct WhitePowers {
   double passed = Integral(Passed);  // of the errors
-  // Of the motion: (1 - H)^2 / u^4.
+  // Power of the motion that is removed: (1 - H)^2 / u^4.
   double lag = Integral([](double u) { return u * u * u * u * Passed(u); });
 };
 
-// Integral over u of the lasting errors' power that is passed. It peaks below 1
-// / time_s, which may be far below the crossover, so it is integrated over t
-// with w time_s = tan t, at midpoints: accurate to 1e-6 where the crossover is
-// below 3 / time_s, to 1 % at 50.
+// Integral over u of the passed power of the correlated errors. The power peaks
+// below 1 / time_s, which may be far below the crossover, so it is integrated
+// over t, with w time_s = tan t, by the midpoint rule; accurate to 1e-6 for
+// crossovers below 3 / time_s, to 1 % at 50 / time_s.
 double LastingPower(const Spectrum& spectrum, double crossover) {
   constexpr int kSteps = 16;
   const double end = std::atan(kEnd * crossover * spectrum.time_s);
@@ -92,7 +92,8 @@ Crossover FindCrossover(const Spectrum& spectrum, double process_noise,
   constexpr double kSettled = 1e-5;
   Crossover at;
   if (near > 0.0) at.divisor = near;
-  // Each round moves the crossover by a quarter of the divisor's change.
+  // Converges fast: the crossover's relative change is a quarter of the
+  // divisor's.
   for (int i = 0; i < kMostRounds; ++i) {
     const double before = at.divisor;
     at.frequency = std::sqrt(
@@ -128,8 +129,9 @@ double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
 
 Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
                   double process_noise, double variance_m2) {
-  // White jerk lags by u^2 / (1 + u^4)^2, whose integral over u is that of the
-  // prior's u^4 / (1 + u^4)^2; of it H^2 passes u^2 / (1 + u^4)^4.
+  // The lag of white jerk has the spectrum u^2 / (1 + u^4)^2, with the same
+  // integral over u as the prior's u^4 / (1 + u^4)^2; H^2 passes u^2 / (1 +
+  // u^4)^4 of it.
   constexpr double kLag = 45.0 / 1536.0 * 1.4142135623730951 * kPi;
   const Spectrum spectrum(correlation, frame_s);
   const Crossover at = FindCrossover(spectrum, process_noise, variance_m2);
@@ -137,7 +139,8 @@ Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
     const double power = u * u * u * u;
     return Passed(u) * Passed(u) * power * power * spectrum(u * at.frequency);
   });
-  // Over the whole band, because most of it lies above the crossover.
+  // Integrated over the whole band, because most of it lies above the
+  // crossover.
   constexpr int kBandSteps = 96;
   double first = 0.0;
   for (int i = 0; i < kBandSteps; ++i) {
@@ -222,7 +225,7 @@ using Eigen::Matrix2d;
 using Eigen::Vector3d;
 
 // Kalman filter and Rauch-Tung-Striebel smoother for positions driven by white
-// noise on acceleration. The axes share their variances.
+// noise on acceleration. The variances are the same for all axes.
 class MotionSmoother {
  public:
   explicit MotionSmoother(const std::vector<LagSample>& samples)
@@ -250,7 +253,7 @@ class MotionSmoother {
     }
   }
 
-  // In place. NaN: no value.
+  // Smooths in place; NaN for missing values.
   void Smooth(std::vector<Vector3d>* values) const {
     using Motion = Eigen::Matrix<double, 2, 3>;  // position, velocity
     std::vector<Motion> predicted, filtered;
@@ -275,7 +278,7 @@ class MotionSmoother {
 
  private:
   struct Step {
-    Matrix2d transition = Matrix2d::Identity();  // from the step before
+    Matrix2d transition = Matrix2d::Identity();  // from the previous step
     Eigen::Vector2d gain = Eigen::Vector2d::Zero();
     Matrix2d back = Matrix2d::Zero();
   };
@@ -294,7 +297,7 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
   }
   const std::vector<Vector3d> first = left;
   smoother.Smooth(&left);
-  // The expected values hold away from the ends.
+  // The expected values are valid only away from the ends.
   constexpr double kEndsS = 0.2;
   for (size_t k = 0; k < left.size(); ++k) {
     const LagSample& sample = samples[k];
@@ -317,13 +320,13 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
 LagLearner::Ratios LagLearner::Fit() const {
   // Prior: this many values with the expected variances.
   constexpr double kPrior = 30.0;
-  // A ratio above one is due to outliers, or to a different correlation of the
-  // errors, which is no evidence on frequencies below the crossover.
+  // A ratio above one is due to outliers or to a different correlation of the
+  // errors, and carries no information about frequencies below the crossover.
   constexpr double kLeastNoise = 0.5;
   constexpr double kMostNoise = 1.0;
   constexpr double kMostLag = 4.0;
-  // Median of the squared norm of three normal values. Medians are insensitive
-  // to outliers.
+  // Median of the squared norm of three normal values. The median is used
+  // because it is insensitive to outliers.
   constexpr double kMedian = 2.366;
   if (first_.empty()) return {};
   const double first =

@@ -6,7 +6,8 @@ namespace kinegraph {
 
 std::string ToString(const LearntNoise& learnt) {
   std::string line = fmt::format(
-      "errors last {:.2g} s (share {:.2g}), grow with confidence^-{:.2g}",
+      "errors are correlated over {:.2g} s (share {:.2g}), grow with "
+      "confidence^-{:.2g}",
       learnt.correlation.time_s, learnt.correlation.share,
       learnt.confidence_power);
   for (int c = 0; c < kJointClassCount; ++c) {

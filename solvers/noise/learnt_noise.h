@@ -21,15 +21,15 @@ struct ErrorCorrelation {
 // The learnt values, in physical units.
 struct LearntNoise {
   struct OfClass {
-    // Joints of single frames used to learn the detector's error; 0: nothing
-    // was learnt for this class.
+    // Number of joints, summed over frames, from which the detector's error was
+    // learnt; 0 if nothing was learnt for this class.
     int64_t joints_seen = 0;
     // Error at a confidence of 1, at 4 m with a focal length of 1000 px [px].
     double sigma_px = 0.0;
-    // Power of the white noise on acceleration [m^2/s^3]: the recording's
-    // level.
+    // Power of the white noise on acceleration [m^2/s^3], the level of the
+    // whole recording.
     double process_noise = 0.0;
-    // Least and greatest power of any interval of time so far.
+    // Least and greatest power of any frame interval so far.
     double least_process_noise = 0.0;
     double greatest_process_noise = 0.0;
   };
@@ -39,8 +39,8 @@ struct LearntNoise {
   double confidence_power = 0.0;
 };
 
-// One line for the log: "errors last 0.10 s (share 0.90), grow with
-// confidence^-0.5; wrist 3.1 px, 4.2 (0.4 .. 120) m^2/s^3; ...".
+// One line for the log: "errors are correlated over 0.10 s (share 0.90), grow
+// with confidence^-0.5; wrist 3.1 px, 4.2 (0.4 .. 120) m^2/s^3; ...".
 std::string ToString(const LearntNoise& learnt);
 
 // {"error_time_s", "error_share", "confidence_power", "classes": {"wrist":

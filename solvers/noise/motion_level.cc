@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kLeastLevel = 1.0 / 40.0;
 constexpr double kGreatestLevel = 1000.0;
-// The white part of a point's error: a share of its variance, plus a tenth of a
-// millimetre, which keeps it positive.
+// Minimum white part of a point's error: a fraction of its variance, plus (0.1
+// mm)^2, which keeps it positive.
 constexpr double kFreshShare = 0.02;
 constexpr double kLeastVarianceM2 = 1e-8;
 
@@ -19,9 +19,9 @@ double LogLevelStep() {
   return std::log(kGreatestLevel / kLeastLevel) / (kLevelCount - 1);
 }
 
-// Whether a correction would lose all but the last two of the 16 digits of a
-// variance: the prediction is so uncertain, as after a pause of hours, that it
-// carries no information.
+// Whether subtracting the correction would leave only two of the 16 significant
+// digits of the variance. The prediction is then so uncertain, as after a pause
+// of hours, that it carries no information.
 bool LosesDigits(double predicted_m2, double variance_m2) {
   return predicted_m2 > 1e14 * (kFreshShare * variance_m2 + kLeastVarianceM2);
 }
@@ -92,7 +92,8 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
     time_ = time;
     Start(*point);
   }
-  constexpr double kKnown = 3.0;  // of the mean of e^2 / S
+  constexpr double kOutlier =
+      3.0;  // threshold on the mean over axes of e^2 / S
   const double dt_s = ToSeconds(time - *time_);
   time_ = time;
   const double phi = std::exp(-dt_s / correlation.time_s);
@@ -110,8 +111,8 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
   for (int level = 0; level < kLevelCount; ++level) {
     std::array<Axis, 3>& axes = filters_[level];
     std::array<Innovation, 3> innovations;
-    double mean = 0.0;        // over axes, of e^2 / S
-    double log_spread = 0.0;  // sum over axes
+    double mean = 0.0;        // of e^2 / S over the axes
+    double log_spread = 0.0;  // sum of ln S over the axes
     for (int i = 0; i < 3; ++i) {
       Innovation& seen = innovations[i];
       seen = axes[i].Innovate(point->position_m[i], point->covariance_m2(i, i),
@@ -120,10 +121,10 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
       log_spread += std::log(seen.spread);
     }
     const double robust =
-        mean <= kKnown ? mean : kKnown * (1.0 + std::log(mean / kKnown));
+        mean <= kOutlier ? mean : kOutlier * (1.0 + std::log(mean / kOutlier));
     (*evidence)[level] -= 0.5 * (log_spread + 3.0 * robust);
     for (int i = 0; i < 3; ++i) {
-      axes[i].Correct(innovations[i], std::max(1.0, mean / kKnown));
+      axes[i].Correct(innovations[i], std::max(1.0, mean / kOutlier));
     }
   }
 }
@@ -194,8 +195,8 @@ LevelChain::LevelChain(double recording_level) {
     stationary_[i] = std::exp(-0.5 * away * away);
   }
   stationary_ /= stationary_.sum();
-  // Diffusion of the Ornstein-Uhlenbeck process, in steps: detailed balance
-  // gives the jump process its stationary distribution.
+  // Diffusion of the Ornstein-Uhlenbeck process in discrete steps. Detailed
+  // balance gives the jump process its stationary distribution.
   const double rate_hz =
       kSpread * kSpread / kTime_s / (LogLevelStep() * LogLevelStep());
   rates_.setZero();
@@ -217,8 +218,8 @@ const LevelChain::Matrix& LevelChain::Transition(TimeNs dt) {
   if (known != known_.end() && known->first <= dt + kRounding) {
     return known->second;
   }
-  constexpr size_t kMany = 64;  // for a clock with more jitter
-  if (known_.size() >= kMany) known_.clear();
+  constexpr size_t kCacheSize = 64;  // else a jittery clock would fill memory
+  if (known_.size() >= kCacheSize) known_.clear();
   return known_.emplace(dt, Exponential(ToSeconds(dt))).first->second;
 }
 

@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-// Assumed before the first point is located: (1 cm)^2.
+// Variance assumed before the first point is triangulated: (1 cm)^2.
 constexpr double kUnknownVariance_m2 = 1e-4;
 
 }  // namespace
@@ -75,7 +75,7 @@ void PersonNoise::LearnRecordingsPixels(const PersonProblem& recording) {
   triangulator_.set_weighting(confidences_.Fit());
   knows_confidences_ = true;
   if (triangulator_.weighting().added_power == 0.0) return;
-  // The weighting moves the points and changes the size of their errors.
+  // The weighting changes the points and the size of their errors.
   scales_ = NoiseScales();
   starts_.clear();
   learn();
@@ -137,8 +137,8 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place) {
   likelihoods_.push_back(Count(evidence));
 }
 
-// Runs the filters backwards too and averages the log-evidence: a filter
-// detects a rise of the level some frames late, and late levels make the
+// Also runs the filters backwards in time and averages the log-evidence: a
+// filter detects a rise of the level some frames late, and late levels make the
 // smoother lag.
 void PersonNoise::LookBack() {
   std::vector<FilterBank> banks;
@@ -193,8 +193,8 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k,
   if (learns) LearnPixels(problem, k);
   if (fits) {
     RefreshScales();
-    // Frames without a fit are skipped: at a thousand frames a second the rest
-    // have nearly all the information.
+    // Frames without a fit are skipped, because at high frame rates the others
+    // contain nearly all the information.
     LearnCorrelation(problem, k, 0);
   }
   Locate(problem, k, 0);
@@ -226,7 +226,7 @@ double PersonNoise::FrameSeconds(size_t k) const {
   return ToSeconds(frames_[end].time - frames_[end - 1].time);
 }
 
-// ln of the group's level over the usual power, in every kept frame.
+// ln of the group's level relative to the typical power, in every kept frame.
 std::vector<double> PersonNoise::LevelsOf(int group) {
   std::vector<TimeNs> times;
   std::vector<LevelChain::Vector> seen;
@@ -239,15 +239,15 @@ std::vector<double> PersonNoise::LevelsOf(int group) {
 }
 
 // Large noise masks slow motion: a head that bobs in walking appears at rest,
-// and the evidence, from a model without bobbing, is overconfident about it.
+// and the evidence, from a model without bobbing, is overconfident about this.
 // But a person's joints move together, and the motion of limbs is too large to
-// be masked. So below a crossover at which noise may mask motion, a joint's
-// level, relative to its usual one, is assumed to be the mean over the person's
-// joints.
+// be masked. Therefore, below the crossover at which noise may mask motion, a
+// joint's level relative to its typical level is assumed to be at least the
+// mean over the person's joint classes.
 double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
                                    double activity) const {
-  // In gait, trunk and head have nearly all their motion below it; such
-  // recordings are filtered at 3 to 6 Hz.
+  // In gait, trunk and head have nearly all their motion below this frequency;
+  // such recordings are commonly filtered at 3 to 6 Hz.
   constexpr double kHides_hz = 2.5;
   const double usual =
       UsualProcessNoise(scene_.skeleton.joint_class(joint_idx));

@@ -1,5 +1,4 @@
-// The noise of one person in a recording: that of the detector and that of the
-// motion.
+// The noise of one person in a recording: of the detector and of the motion.
 #ifndef KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_
 
@@ -23,15 +22,15 @@ namespace kinegraph {
 struct AppliedNoise {
   struct Frame {
     TimeNs time = 0;
-    // Variance of the located point per axis, by joint.
+    // Variance per axis of the triangulated point, by joint.
     std::vector<double> variance_m2;
     std::vector<double> process_noise;  // by joint [m^2/s^3]
-    // InformationDivisor by joint, as far as computed.
+    // InformationDivisor by joint, if computed.
     std::vector<double> divisors;
   };
   struct ByClass {
-    JointClassTable scale;   // on modelled sigmas
-    JointClassTable level;   // of motion, ln over the usual
+    JointClassTable scale;   // factor of modelled sigmas
+    JointClassTable level;   // of motion: ln relative to the typical
     JointClassTable points;  // LagLearner::Ratios::noise
     JointClassTable lag;     // LagLearner::Ratios::lag
   };
@@ -41,29 +40,31 @@ struct AppliedNoise {
   ConfidenceWeighting weighting;
 };
 
-// The batch passes the whole recording at once, the window frame by frame.
+// Learns the noise. The batch estimator passes the whole recording at once, the
+// window estimator frame by frame.
 class PersonNoise {
  public:
-  // `scene` and `options` must outlive it.
+  // `scene` and `options` must outlive this object.
   PersonNoise(const SceneModel& scene, const GraphOptions& options);
 
   // Learns everything from a whole recording.
   void LearnRecording(const PersonProblem& recording);
 
   // Learns frame by frame: AddFrame adds the problem's frame `k`, which must
-  // follow the kept ones; DropFirstFrame removes the oldest of these. The
-  // detector's errors are only fitted in frames before Apply.
+  // follow the kept frames; DropFirstFrame removes the oldest of these. The
+  // detector's errors need a fit (kNow) only in frames that precede a call of
+  // Apply.
   enum class Refit { kNow, kLater };
   void AddFrame(const PersonProblem& problem, size_t k, Refit refit);
   void DropFirstFrame();
 
   // Writes process noise, sigmas and information of all frames of `problem`,
-  // which must be the kept ones. For a whole recording call it once; nothing is
-  // learnt afterwards.
+  // which must be the kept frames. For a whole recording it may be called once
+  // only; nothing is learnt afterwards.
   void Apply(PersonProblem* problem);
   // Moves out the noise applied to a whole recording.
   AppliedNoise ExtractApplied();
-  // Instead of learning: takes `noise` of the same person, whose frame
+  // Instead of learning, adopts `noise` of the same person, whose frame
   // frame_of[k] is at times[k].
   void Adopt(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
              const std::vector<TimeNs>& times);
@@ -72,8 +73,8 @@ class PersonNoise {
   void LearnMotionAgain(const PersonProblem& recording, size_t from, size_t to,
                         size_t begin, size_t end);
 
-  // Factor on the covariance of that joint, in a frame known to Apply. If the
-  // joint is not `observed`, both ratios are 1.
+  // Factor of the covariance of a joint in a frame known to Apply. If the joint
+  // is not `observed`, the learnt ratios of noise and lag are not applied.
   double CovarianceFactorOf(int joint_idx, size_t k, bool observed);
 
   LearntNoise Learnt() const;
@@ -87,7 +88,7 @@ class PersonNoise {
   int ClassOf(int joint_idx) const {
     return static_cast<int>(scene_.skeleton.joint_class(joint_idx));
   }
-  // `place` is the frame's index among those used for learning.
+  // `place`: the frame's index among the frames used for learning.
   bool Load(const PersonProblem& problem, size_t k, int joint_idx,
             size_t place);
   void LearnPixels(const PersonProblem& problem, size_t k);
@@ -96,11 +97,12 @@ class PersonNoise {
   void LookBack();
   void RefreshScales();
   void Locate(const PersonProblem& problem, size_t k, size_t place);
-  // Adds a frame's evidence on the levels, by group; returns their likelihoods.
+  // Adds a frame's evidence about the levels, by group; returns their
+  // likelihoods.
   std::vector<LevelChain::Vector> Count(const std::vector<Levels>& evidence);
   double FrameSeconds(size_t k) const;
   std::vector<double> LevelsOf(int group);
-  // `belief_` of that group, propagated to `time`.
+  // `belief_` of a group, propagated to `time`.
   LevelChain::Vector Foresee(int group, TimeNs time);
   double ProcessNoiseOf(int joint_idx, size_t k, double level,
                         double activity) const;
@@ -113,33 +115,33 @@ class PersonNoise {
   const SceneModel& scene_;
   const GraphOptions& options_;
   FrameTriangulator triangulator_;
-  // During learning, which visits each frame several times: of those frames,
-  // [frame][joint] in a row. Otherwise empty.
+  // During learning, which visits each frame several times: the starts of these
+  // frames, [frame][joint] in a row. Otherwise empty.
   std::vector<FrameTriangulator::Start> starts_;
   ConfidenceLearner confidences_;
-  bool knows_confidences_ = false;  // learning of confidences is complete
+  bool knows_confidences_ = false;  // whether confidences are learnt
   NoiseScales scales_;
   CorrelationLearner correlations_;
   const MotionGroups groups_;
   ErrorCorrelation correlation_;
   std::optional<CovarianceFactorTable>
-      covariance_factors_;                // of a whole recording
+      covariance_factors_;                // for a whole recording
   std::vector<FilterBank> banks_;         // by joint
   std::vector<double> last_variance_m2_;  // by joint
-  bool taken_over_ = false;  // adopted: nothing is recomputed on Apply
+  bool taken_over_ = false;  // adopted, so Apply recomputes nothing
   AppliedNoise::ByClass by_class_;
   std::vector<Frame> frames_;
-  // Of a whole recording, until its lag is known: located points and the
-  // variances of their axes, [frame][joint] in a row; NaN: none.
+  // For a whole recording, until its lag is known: triangulated points and the
+  // variances of their axes, [frame][joint] in a row; NaN if there is no point.
   bool keeps_points_ = false;
   std::vector<Eigen::Matrix<float, 3, 2>> points_;
-  // Of the levels in the same frames, by group; all one where none of its
-  // joints was located.
+  // Likelihoods of the levels by frame and group; all one if none of the
+  // group's joints was triangulated.
   std::vector<std::vector<LevelChain::Vector>> likelihoods_;
-  std::array<Levels, kJointClassCount> evidence_{};  // of all frames ever
+  std::array<Levels, kJointClassCount> evidence_{};  // of all frames so far
   std::array<bool, kJointClassCount> present_{};     // in the skeleton
-  // By group, for the frame before the first kept one; empty: the stationary
-  // belief.
+  // By group, for the frame before the first kept frame; empty for the
+  // stationary belief.
   std::vector<LevelChain::Vector> belief_;
   TimeNs belief_time_ = 0;
   std::vector<LevelChain> chains_;  // by class, at the recording's level

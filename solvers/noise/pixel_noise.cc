@@ -30,7 +30,7 @@ double ChiSquareQuantile(double share, double degrees_of_freedom) {
   double low = 0.0;
   double high = a + 1.0;
   while (GammaShare(a, high) < share) high *= 2.0;
-  // Sixty halvings: the precision of a double.
+  // Sixty halvings reach the precision of a double.
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
     (GammaShare(a, middle) < share ? low : high) = middle;
@@ -42,8 +42,8 @@ namespace {
 
 constexpr double kLowShare = 0.3;
 
-// Quantiles of the residuals of least squares at a point, by number of views
-// from two on.
+// Quantiles of the sum of squared residuals of a least-squares point, by number
+// of views.
 class QuantileTable {
  public:
   explicit QuantileTable(double share) {
@@ -97,7 +97,7 @@ double NoiseScales::Scale(JointClass joint_class) const {
   constexpr double kFourViews = 5.0;  // degrees of freedom
   const double all_count = all_.total / kFourViews;
   const double all =
-      all_count * LowQuantile(all_) / (all_count + kPrior);  // ln 1 is 0
+      all_count * LowQuantile(all_) / (all_count + kPrior);  // prior: ln 1 = 0
   const Counts& own = classes_[static_cast<int>(joint_class)];
   double log_variance = all;
   if (own.joints > 0) {
@@ -105,7 +105,7 @@ double NoiseScales::Scale(JointClass joint_class) const {
     log_variance =
         (count * LowQuantile(own) + kClassPrior * all) / (count + kClassPrior);
   }
-  // Bounds the factor: on exact data it would vanish.
+  // The factor is limited, because it would vanish for exact data.
   constexpr double kMost = 16.0;
   return std::clamp(std::exp(0.5 * log_variance), 1.0 / kMost, kMost);
 }
@@ -159,20 +159,22 @@ void CorrelationLearner::Add(int joint_idx, TimeNs time, double scale,
 }
 
 ErrorCorrelation CorrelationLearner::Fit() const {
-  // Typical of detectors (lag-one correlation 0.6 to 0.8 at 25 Hz), with the
-  // weight of this many squared sigmas at each lag.
+  // Prior typical of detectors (correlation 0.6 to 0.8 at a lag of one frame at
+  // 25 Hz), with the weight of this many squared sigmas at each lag.
   constexpr double kPrior = 60.0;
   constexpr double kPriorShare = 0.9;
   constexpr double kPriorTime_s = 0.1;
-  // Candidate times: logarithmic steps, sixty from the shortest to a second and
-  // 35 more to ten seconds. Errors that last longer are constant offsets.
+  // Candidate correlation times in logarithmic steps: sixty from the shortest
+  // to a second and 35 more to ten seconds. More persistent errors count as
+  // constant offsets.
   constexpr double kShortest_s = 0.02;
   constexpr double kOneSecond = 1.0;
   constexpr int kSteps = 60;
   constexpr int kStepsToLongest = 95;
-  // Least share of lasting errors, at kItsRateHz; below it the noise is treated
-  // as white. White errors average out over frames and lasting ones do not, so
-  // at twice the frame rate half the share has the same effect.
+  // Minimum share of correlated errors, at kItsRateHz; below it the noise is
+  // treated as white. White errors average out over frames and correlated
+  // errors do not, so at twice the frame rate half the share has the same
+  // effect.
   constexpr double kLeastShare = 0.15;
   constexpr double kItsRateHz = 30.0;
   const double least_share = kLeastShare * std::min(1.0, frame_s_ * kItsRateHz);
@@ -244,7 +246,8 @@ void CollectSquares(const JointChain& chain,
                .Evaluate(states, at.residual, at.by_states)) {
         continue;
       }
-      // A view that alone determines the joint carries no information on noise.
+      // A view that alone determines the joint carries no information about
+      // noise.
       const double left =
           1.0 - 0.5 * ExplainedVariance(at.by_states[0], covariances[k]);
       if (left < 0.3) continue;
@@ -274,7 +277,7 @@ double EstimateNoiseScale(std::vector<double> squares) {
     if (count == 0.0) break;
     variance = sum / count / mean_within;
   }
-  // Prior: as if this many residuals of scale 1 had been seen.
+  // The prior counts as this many residuals of scale 1.
   constexpr double kPriorCount = 20.0;
   const double count = static_cast<double>(squares.size());
   variance = (count * variance + kPriorCount) / (count + kPriorCount);
@@ -295,7 +298,7 @@ bool CausalNoiseScale::AwaitTurn() {
 }
 
 void CausalNoiseScale::Add(const std::vector<double>& squares, double applied) {
-  // With one frame in five (AwaitTurn), 17 joints, 4 views and 25 Hz: 12 s.
+  // 12 s for 17 joints, 4 views and 25 Hz, with one frame in five (AwaitTurn).
   constexpr size_t kCapacity = 4000;
   for (const double square : squares) {
     const double unscaled = square * applied * applied;

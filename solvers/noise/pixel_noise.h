@@ -1,6 +1,6 @@
-// The size and duration of a detector's errors in this recording, from
-// residuals of joints triangulated frame by frame, independent of motion; and
-// one factor on all sigmas, from the residuals of estimates.
+// Estimates the size and correlation time of a detector's errors in a recording
+// from the residuals of joints triangulated frame by frame, independent of
+// motion; and one factor of all sigmas from the residuals of estimates.
 #ifndef KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 
@@ -28,20 +28,19 @@ struct TriangulationResiduals {
     Eigen::Vector2d residual = Eigen::Vector2d::Zero();  // in modelled sigmas
   };
   std::vector<View> views;  // two or more
-  // Sum of their squares: chi-square with as many degrees of freedom times the
-  // square of the scale, if all is Gaussian.
+  // Sum of the squares of the residuals; for Gaussian errors, chi-square with
+  // degrees_of_freedom() times the square of the scale.
   double square = 0.0;
   int degrees_of_freedom() const {
     return 2 * static_cast<int>(views.size()) - 3;
   }
 };
 
-// Factor on the modelled sigma, by class of joint. A low quantile of the
-// squares tolerates outliers, which only enlarge large ones: for n views with 2
-// n - 3 degrees of freedom the 0.3 quantile is matched. Classes with few
-// observations are shrunk towards the person's own scale, and that towards 1.
-// Uses bins of 2 %, so memory does not grow and the result is available at any
-// time.
+// Factor of the modelled sigma, by class of joint. For n views with 2 n - 3
+// degrees of freedom, the 0.3 quantile of the squares is matched, because
+// outliers hardly affect low quantiles. Classes with few observations are
+// shrunk towards the person's scale, and this towards 1. Uses bins of 2 %, so
+// memory does not grow and the result is available at any time.
 class NoiseScales {
  public:
   NoiseScales();
@@ -50,7 +49,7 @@ class NoiseScales {
 
   // Factor on sigma, 1/16 .. 16.
   double Scale(JointClass joint_class) const;
-  // Number of joints of that class and frame.
+  // Number of joints of this class, summed over frames.
   int64_t count(JointClass joint_class) const;
 
  private:
@@ -62,7 +61,7 @@ class NoiseScales {
     double total = 0.0;
     int64_t joints = 0;
   };
-  // ln variance below which the low share lies.
+  // The low quantile of ln variance.
   static double LowQuantile(const Counts& counts);
 
   std::array<Counts, kJointClassCount> classes_;
@@ -70,23 +69,23 @@ class NoiseScales {
 };
 
 // Learns the correlation from pairs of residuals of one joint in one view, up
-// to a quarter of a second apart, in frames in which the same number of views
-// saw the joint and none is an outlier.
+// to a quarter of a second apart, in frames without outliers in which the same
+// number of views saw the joint.
 class CorrelationLearner {
  public:
   CorrelationLearner(int joint_count, int view_count, double frame_rate_hz);
 
-  // The next frame of a joint; `scale` is the factor on its sigma. Time must
-  // have advanced since the joint's last frame.
+  // Adds the next frame of a joint; `scale` is the factor of its sigma. Times
+  // of a joint must ascend.
   void Add(int joint_idx, TimeNs time, double scale,
            const TriangulationResiduals& residuals);
 
-  // With a prior: as if a few pairs with the usual correlation of detectors had
-  // been seen.
+  // The estimate under a prior, as if a few pairs with the typical correlation
+  // of detectors had been seen.
   ErrorCorrelation Fit() const;
 
  private:
-  // Sums over the pairs of residuals that are a number of frames apart.
+  // Sums over the pairs of residuals at one lag.
   struct Lag {
     double product = 0.0;
     double square = 0.0;
@@ -101,38 +100,39 @@ class CorrelationLearner {
   const double frame_s_;
   // By joint and view: the last quarter of a second, newest last.
   std::vector<std::vector<Past>> pasts_;
-  std::vector<Lag> lags_;  // from 1 frame on
+  std::vector<Lag> lags_;  // for lags of 1, 2, .. frames
 };
 
-// Squared whitened residuals |r|^2 of a chain's frames `begin` .. `end` - 1 at
-// its states, each divided by the share 1 - trace(J C J') / 2 that remains
-// after the estimate's own error (C: covariances of the states). Appended to
-// `squares`.
+// Appends to `squares` the squared whitened residuals |r|^2 of a chain's frames
+// `begin` .. `end` - 1 at its states, each divided by its expected value
+// relative to a known state, 1 - trace(J C J') / 2 (C: covariance of the
+// state).
 void CollectSquares(const JointChain& chain,
                     const std::vector<Matrix6d>& covariances, size_t begin,
                     size_t end, std::vector<double>* squares);
 
-// The scale at which `squares` are those of standard normal 2-vectors, outliers
-// excluded: starts at the median and then takes the mean of those within three
-// sigmas. Shrunk towards 1 for small numbers, bounded to 1/4 .. 4.
+// The scale at which `squares` are the squared norms of standard normal
+// 2-vectors, without outliers: starts with the median, then uses the mean of
+// the values within three sigmas. Shrunk towards 1 for small numbers, limited
+// to 1/4 .. 4.
 double EstimateNoiseScale(std::vector<double> squares);
 
 // Multiplies all sigmas.
 void ScaleSigmas(double scale, PersonProblem* problem);
 
-// The scale estimated from frames that left a window. Keeps a bounded number of
-// the newest residuals.
+// Estimates the scale from frames that have left a window. Keeps a bounded
+// number of the newest residuals.
 class CausalNoiseScale {
  public:
   double scale() const { return scale_; }
 
-  // Call each time frames become final. True the first time and every fifth
-  // after it: then pass the residuals of these frames to Add. Errors of
-  // neighbouring frames are correlated, so these have nearly all the
-  // information.
+  // To be called whenever frames become final. True the first time and every
+  // fifth time after it; the residuals of these frames must then be passed to
+  // Add. They contain nearly all the information, because errors of consecutive
+  // frames are correlated.
   bool AwaitTurn();
-  // `squares` come from CollectSquares of a problem whose sigmas the caller had
-  // multiplied by `applied`; that factor is removed again here.
+  // `squares`: from CollectSquares of a problem whose sigmas the caller has
+  // multiplied by `applied`; Add removes this factor.
   void Add(const std::vector<double>& squares, double applied);
 
  private:

@@ -1,5 +1,5 @@
-// Data that the estimators of a run learn from the recording: shared between
-// its people, and available afterwards.
+// Data that the estimators of a run learn from the recording, shared between
+// its people and available afterwards.
 #ifndef KINEGRAPH_SOLVERS_NOISE_RECORDING_NOTES_H_
 #define KINEGRAPH_SOLVERS_NOISE_RECORDING_NOTES_H_
 
@@ -22,14 +22,14 @@ namespace kinegraph {
 // A person as solved by one pass over a recording, kept for the next pass.
 struct SolvedPerson {
   struct Joint {
-    JointOutcome outcome;        // of all frames
-    std::vector<int32_t> first;  // as JointChain::first
+    JointOutcome outcome;        // for all frames
+    std::vector<int32_t> first;  // as in JointChain
   };
   std::vector<FrameRecord> records;  // by frame
   std::vector<Joint> joints;
   AppliedNoise noise;
-  std::vector<BoneConstraint> bones;         // of the estimate
-  std::vector<BoneConstraint> stated_bones;  // of its covariances
+  std::vector<BoneConstraint> bones;         // used for the estimate
+  std::vector<BoneConstraint> stated_bones;  // used for its covariances
 };
 
 // People register in order of birth from one thread; the other functions may be
@@ -43,25 +43,28 @@ class RecordingNotes {
   // request it.
   void ExpectAnotherPass();
   bool expects_another_pass() const { return expects_another_pass_; }
-  // Starts the run again with the same recording, without the given bias:
-  // discards everything else learnt. No other thread may write meanwhile.
+  // Starts another pass over the same recording: fits the detector's bias from
+  // the stored residuals, if any, and discards everything else learnt. No other
+  // thread may write meanwhile.
   void BeginPass();
 
-  // The bias to subtract; null: none.
+  // The bias to subtract; null if none.
   std::shared_ptr<const ViewBias> view_bias() const { return view_bias_; }
-  // Where a person stores the residuals of its solution; null: nowhere.
+  // Where a new person stores the residuals of its solution; null if they are
+  // not needed.
   std::shared_ptr<BiasSeries> NewSeries(const BiasJoints& joints,
                                         int view_count);
-  // People of the previous pass whose solutions are still valid.
+  // Stores, returns and removes people of the previous pass whose solutions are
+  // still valid.
   void Keep(std::shared_ptr<const SolvedPerson> person);
   std::vector<std::shared_ptr<const SolvedPerson>> SolvedPeople() const;
   void Forget(const SolvedPerson* person);
-  // Where a person stores the noise learnt for it.
+  // Where a new person stores the noise learnt for it.
   std::shared_ptr<LearntNoise> NewPerson();
 
-  // Over all people with results: geometric means, weighted by the joints seen;
-  // least and greatest process noise of any. No other thread may write
-  // meanwhile.
+  // The noise of all people with results: geometric means weighted by the
+  // joints seen, and the least and greatest process noise of any person. No
+  // other thread may write meanwhile.
   LearntNoise Noise() const;
 
  private:

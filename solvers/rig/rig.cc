@@ -33,60 +33,64 @@ namespace {
 
 constexpr double kDegrees = 57.29577951308232;
 constexpr double kStatureM = 1.7;
-// Standard deviation [m] of a detector's constant error of each person's joint
-// in each view, per axis (for people 1.7 m tall). OpenPose's joints: 6 to 14 mm
-// as the median of the distance, which is 1.18 of this sigma.
+// Standard deviation [m], per axis, of a detector's persistent error of one
+// joint of one person in one view, for people 1.7 m tall. For OpenPose's joints
+// the median distance, 1.18 sigma, is 6 to 14 mm.
 constexpr double kLastingOffsetM = 0.007;
-// Factor on the fit's variances, which assume independent stretches of one
-// noise level: accounts for outliers, heavy tails and hidden joints.
+// Factor on the fit's variances, which assume independent motion segments with
+// equal noise; accounts for outliers, heavy tails and occluded joints.
 constexpr double kUnmodelled = 3.0;
-// Largest sigmas of a calibrated view: degrees, and shares of the rig's size.
+// Largest sigmas of a calibrated view: in degrees, and as a fraction of the
+// rig's size.
 constexpr double kMostRotationDeg = 0.8;
 constexpr double kMostPlace = 0.025;
-// Errors that `calibrated` promises for every view, and its least probability.
+// Upper bounds on errors that the verdict `calibrated` promises for all views,
+// and the minimum probability that they hold.
 constexpr double kPromisedDeg = 0.3;
 constexpr double kPromisedPlace = 0.01;
 constexpr double kLeastLikely = 0.8;
 // Largest sigma [s] of a clock that is reported.
 constexpr double kMostClockS = 0.02;
-// Standard deviation of a uniform distribution over one frame: 1 / sqrt(12).
+// Standard deviation of a uniform distribution over one frame interval: 1 /
+// sqrt(12).
 constexpr double kOfAFrame = 0.29;
-// Largest distance between fits on halves of the joints, in units of the limits
-// above.
+// Largest difference between fits to halves of the joints, in units of the
+// limits above.
 constexpr double kMostApart = 2.0;
-// People whose places are no farther apart than this stay in one spot (the
-// limit `doctor` uses, a fifth of a stature).
+// People whose positions spread less than this stay in one place (the same
+// limit as in `doctor`, a fifth of a stature).
 constexpr double kOneSpotM = 0.34;
-// Sigma of principal points about the image's centre, in shares of its width.
+// Sigma of principal points about the image's centre, as a fraction of its
+// width.
 constexpr double kShiftShare = 0.015;
-// Sigma of the logarithm of an unknown focal length: fields of view of 40 to 90
-// degrees.
+// Sigma of the logarithm of an unknown focal length, for fields of view of 40
+// to 90 degrees.
 constexpr double kFocalUnknown = 0.3;
-// Sigma of k1 and of k2 about 0: telephoto to wide-angle lenses.
+// Sigma of k1 and of k2 about 0, for telephoto to wide-angle lenses.
 constexpr double kLensSigma = 0.2;
-// If clocks are not determined, lags up to this many frames are set to the
-// first view's.
+// If clocks are not determined, lags that differ from the first view's by at
+// most this many frames are set equal to it.
 constexpr int kNearFrames = 2;
 // Sigma of the clock drift of cameras [s/s].
 constexpr double kDriftSigma = 2e-4;
 // Sigma of the capture times given in files [s].
 constexpr double kTimeSigmaS = 0.02;
-constexpr double kLongestDeviationS = 0.1;  // largest deviation searched
-// Stretches of the first rounds of matching and fitting.
+constexpr double kLongestDeviationS = 0.1;  // largest error searched
+// Number of motion segments in the first rounds of matching and fitting.
 constexpr int kFewSegments = 500;
-// Iterations of a fit. Its errors halve with each: after 8 they are below a
-// hundredth of the first step; the first rounds, which are repeated with better
-// matches, end at a tenth.
+// Iterations of a fit. Each halves the error: after 8 it is below a hundredth
+// of the first step; in the first rounds, which are repeated with better
+// matches, a tenth suffices.
 constexpr int kFitIterations = 8;
 constexpr int kRoundIterations = 5;
-// Least agreement of a view relative to the median one, and absolutely; below
+// Minimum agreement of a view, relative to the median view and absolute; below
 // these its pose is wrong.
 constexpr double kLeastOfUsual = 0.8;
 constexpr double kLeastAgreement = 0.5;
 
-// Every frame number from first to last at its nominal time, which replaces the
-// capture times. `late_s`: mean difference of each view's capture times from
-// the nominal ones.
+// The recording with every frame number from the first to the last, at nominal
+// times, which replace the capture times. `late_s`: mean difference of each
+// view's capture times from the nominal times.
 DetectionSequence Regular(DetectionSequence detections,
                           std::vector<double>* late_s) {
   DetectionSequence recording;
@@ -130,7 +134,7 @@ bool HasTimes(const DetectionSequence& detections) {
                      });
 }
 
-// k1 and k2 of the lens; 0 without one.
+// k1 and k2 of the lens; 0 without a lens.
 Eigen::Vector2d RadialOf(const Camera& camera) {
   if (camera.lens() == nullptr) return Eigen::Vector2d::Zero();
   const std::vector<double> terms = camera.lens()->parameters();
@@ -149,8 +153,8 @@ double SizeOf(const CameraRig& cameras) {
   return 2.0 * std::sqrt(squares);
 }
 
-// Probability that every view is within the errors that `calibrated` promises:
-// the share of errors drawn from the covariance that are.
+// Probability that all views keep the error bounds that `calibrated` promises,
+// as the fraction of errors drawn from the covariance that do.
 double LikelyRight(const Eigen::MatrixXd& covariance,
                    const std::vector<std::vector<int>>& of_views,
                    double size_m) {
@@ -180,8 +184,8 @@ double LikelyRight(const Eigen::MatrixXd& covariance,
 
 bool IsOfLens(int place) { return place == kLensAt || place == kLensK2At; }
 
-// The covariance of the other parameters given principal points and lenses; the
-// rows and columns of these are 0.
+// The conditional covariance of the other parameters given principal points and
+// lenses, whose rows and columns are 0.
 Eigen::MatrixXd GivenLenses(const Eigen::MatrixXd& covariance,
                             const std::vector<std::vector<int>>& of_views) {
   std::vector<Eigen::Index> lenses;
@@ -204,8 +208,8 @@ Eigen::MatrixXd GivenLenses(const Eigen::MatrixXd& covariance,
   return given;
 }
 
-// Removes k1 and k2, which the calibration record does not contain. The rest is
-// the marginal covariance: it includes their uncertainty.
+// Removes k1 and k2, which the calibration record does not contain. What
+// remains is the marginal covariance, which includes their uncertainty.
 void DropLens(std::vector<std::vector<int>>* of_views,
               Eigen::MatrixXd* covariance) {
   std::vector<Eigen::Index> kept;
@@ -229,12 +233,12 @@ double Spread(const Eigen::MatrixXd& covariance, Eigen::Index begin) {
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(block).eigenvalues()[2]));
 }
 
-// Residuals of one view in standard deviations, each limited to 10, by bins of
-// time: sum, count.
+// Residuals of one view in standard deviations, each capped at 10: sum and
+// number by time bin.
 using ViewResiduals = std::map<int64_t, std::pair<double, int>>;
 
-// Distance [sigmas] of a joint from the nearest detected one in the given frame
-// of a view; nullopt where none is detected.
+// Distance [sigmas] of a joint from the nearest detection of this joint in the
+// given frame of a view; nullopt if it is not detected.
 std::optional<double> NearestOff(const Camera& camera,
                                  const MotionSegment& segment,
                                  const SegmentState& state, int view,
@@ -257,9 +261,9 @@ std::optional<double> NearestOff(const Camera& camera,
   return nearest;
 }
 
-// Residuals of each view, or of `only` one, from joints that the other views
-// triangulate, against the nearest detected joint regardless of matches: people
-// in a view that moved remain unmatched.
+// Residuals of each view, or of view `only`: distances between the joints
+// triangulated from the other views and the nearest detected joint, regardless
+// of matches, because people in a view that moved remain unmatched.
 std::vector<ViewResiduals> ResidualsBeside(
     const CameraRig& cameras, const DetectionSequence& aligned,
     const SceneSegments& segments, const SegmentOptions& options,
@@ -308,10 +312,10 @@ std::vector<ViewResiduals> ResidualsBeside(
   return views;
 }
 
-// A moment at which a view's residuals step.
+// A step in a view's residuals.
 struct ViewStep {
-  int64_t bin = 0;     // the first bin after it
-  double ratio = 1.0;  // mean of the worse side over that of the better one
+  int64_t bin = 0;     // the first bin after the step
+  double ratio = 1.0;  // mean of the worse side / mean of the better side
   bool is_worse_before = false;
 };
 
@@ -376,7 +380,7 @@ class RigEstimate {
   RigEstimate(const RigInput& input, int attempt)
       : input_(input),
         attempt_(attempt),
-        // A second attempt ignores the given times, as they may be wrong.
+        // A second attempt ignores the given times, because they may be wrong.
         has_times_(attempt == 0 && HasTimes(input.detections)),
         recording_(
             Regular(WithUsualConfidences(input.detections), &given_late_s_)),
@@ -392,14 +396,14 @@ class RigEstimate {
     } else if (!Adjust()) {
       result_.used.clear();
       result_.reasons.push_back(
-          "what the views show cannot be put together in one room");
+          "no arrangement of the cameras explains what the views show");
     } else {
       Judge();
     }
     for (size_t v = 0; v < result_.views.size(); ++v) {
       RigView& view = result_.views[v];
       if (!view.joined && view.left_out.empty()) {
-        view.left_out = "it shares no moving people with the others";
+        view.left_out = "it shares no moving people with the other views";
       }
     }
     return std::move(result_);
@@ -433,8 +437,8 @@ class RigEstimate {
     return true;
   }
 
-  // Sets the scale: the median stature of people; for other bodies an assumed
-  // size of the rig.
+  // Sets the scale by the median stature of people, or for other subjects by an
+  // assumed size of the rig.
   void ScaleByStature() {
     constexpr int kFrames = 100;
     const Stature stature = StatureOf(cameras_, aligned_, kFrames);
@@ -449,15 +453,15 @@ class RigEstimate {
   BundleOptions Options(int max_segments) const {
     BundleOptions options;
     options.segments.max_segments = max_segments;
-    // Clocks are determined only by stretches of three frames or more.
+    // Clocks are determined only by segments of at least three frames.
     constexpr double kFrames = 2.2;
     options.segments.span_s = std::max(
         options.segments.span_s, kFrames / recording_.header.frame_rate_hz);
     options.rotation_sigma_rad = 1.0;
     options.centre_sigma_m = 10.0;
-    // Measure() multiplies the covariance by kUnmodelled. Priors are narrowed
-    // by its root in advance, so that they keep their sigmas relative to the
-    // data.
+    // Measure() multiplies the covariance by kUnmodelled. The sigmas of priors
+    // are divided by its square root in advance, so that the result has the
+    // intended sigmas.
     const double told = human_ ? 1.0 / std::sqrt(kUnmodelled) : 1.0;
     options.focal_sigma = told * std::max(1e-3, input_.focal_sigma);
     options.offset_sigma_s = has_times_ ? kTimeSigmaS : 0.1;
@@ -475,14 +479,15 @@ class RigEstimate {
     return options;
   }
 
-  // Logarithm of the given focal length over the current one.
+  // Logarithm of the ratio of the given to the current focal length.
   double FocalPrior(size_t v) const {
     const Camera& told = intrinsics_[result_.used[v]];
     return std::log(told.focal_px() / cameras_[v].focal_px());
   }
 
-  // The current cameras with the given principal points and lenses, about which
-  // the priors are; LensChanges() leads from these to the current ones.
+  // The current cameras with the given principal points and lenses, which are
+  // the means of the priors; LensChanges() are the changes from these to the
+  // current values.
   CameraRig WithGivenLenses() const {
     CameraRig told;
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -556,7 +561,7 @@ class RigEstimate {
     return fit_.usable;
   }
 
-  // Alternates between matching and fitting; false where the fit fails.
+  // Alternates between matching and fitting; false if a fit fails.
   bool Adjust() {
     double best = 0.0;
     const auto rounds = [&](int most, int segments, bool clocks,
@@ -566,8 +571,9 @@ class RigEstimate {
         match();
         if (!Fit(segments, clocks)) return false;
         Take();
-        // Wrong matches may draw the cameras away. The agreement of all people,
-        // which does not depend on matches, shows it: go back.
+        // Wrong matches may move the cameras away from the solution. If the
+        // agreement of all people, which does not depend on matches, falls, the
+        // round is undone.
         const std::vector<double> agreements =
             AgreementsOfViews(cameras_, aligned_);
         const double sum =
@@ -606,8 +612,8 @@ class RigEstimate {
     return Measure(kMany);
   }
 
-  // Where clocks are not determined, lags of one or two frames are chance
-  // results of the search and are removed.
+  // If clocks are not determined, lags of one or two frames are chance results
+  // of the search and are removed.
   void ForgetNearLags() {
     changes_ = NoChanges(cameras_.size());
     for (size_t v = 0; v < lags_.size(); ++v) {
@@ -622,9 +628,9 @@ class RigEstimate {
   }
 
   // Drops views with hardly any matches: they do not constrain their cameras
-  // and would make all others uncertain. False where fewer than two remain.
+  // and would make all others uncertain. False if fewer than two remain.
   bool DropUnmatched(int max_segments) {
-    constexpr double kLeastShare = 0.02;  // of the usual view's stretches
+    constexpr double kLeastShare = 0.02;  // of the median view's segments
     constexpr int kLeast = 20;
     const SceneSegments segments = MakeSegments(cameras_, aligned_, matches_,
                                                 Options(max_segments).segments);
@@ -657,9 +663,9 @@ class RigEstimate {
         ++k;
       } else {
         result_.views[result_.used[v]].left_out =
-            "none of its people match those of the others at its estimated "
-            "pose: "
-            "another time, another room, or a mirrored image";
+            "at its estimated pose its people do not match those of the other "
+            "views: it may show another time or another room, or its images "
+            "may be mirrored";
       }
     }
     cameras_ = std::move(cameras);
@@ -672,7 +678,8 @@ class RigEstimate {
     return true;
   }
 
-  // Whether the last fit changed clocks and cameras by less than this.
+  // Whether the last fit changed clocks and rotations by less than these
+  // limits.
   bool Rests(double clock_s, double rotation_rad) const {
     return std::all_of(
         fit_.changes.begin(), fit_.changes.end(), [&](const CameraChange& one) {
@@ -681,12 +688,13 @@ class RigEstimate {
         });
   }
 
-  // Applies the fit: its cameras, and its clocks on top of the present ones.
+  // Applies the fit's cameras, and adds its clock changes to the current
+  // clocks.
   void Take() {
     for (size_t v = 0; v < fit_.changes.size(); ++v) {
       changes_[v][kOffsetAt] += fit_.changes[v][kOffsetAt];
       changes_[v][kDriftAt] += fit_.changes[v][kDriftAt];
-      // Whole frames become a lag, so that matches stay with their frames.
+      // Whole frames are moved to the lag, so that matches keep their frames.
       const double rate_hz = recording_.header.frame_rate_hz;
       const auto frames =
           static_cast<int>(std::lround(changes_[v][kOffsetAt] * rate_hz));
@@ -694,7 +702,7 @@ class RigEstimate {
       changes_[v][kOffsetAt] -= frames / rate_hz;
     }
     for (size_t v = 1; v < fit_.changes.size() && has_times_; ++v) {
-      // Limit the correction of given times to three of their sigmas.
+      // The correction of given times is limited to three of their sigmas.
       const double late_s = ClockOf(v) - ClockOf(0);
       const double most_s = 3.0 * kTimeSigmaS;
       changes_[v][kOffsetAt] -= late_s - std::clamp(late_s, -most_s, most_s);
@@ -703,8 +711,9 @@ class RigEstimate {
     aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
   }
 
-  // Fits on either half: their distance in units of the limits of a calibrated
-  // view, and the mean residual on the half held out; 0 without halves.
+  // Fits to the two halves: their difference in units of the limits for a
+  // calibrated view, and the mean residual on the held-out half; 0 if a half
+  // does not suffice.
   struct Halves {
     bool are_there = false;
     std::vector<double> apart;
@@ -720,7 +729,7 @@ class RigEstimate {
     std::vector<BundleResult> fits;
     std::vector<FitError> errors;
     for (const int half : {0, 1}) {
-      Report("left-out halves", ++halves_, kMostHalves);
+      Report("held-out halves", ++halves_, kMostHalves);
       fits.push_back(AdjustBundle(cameras_, HalfOf(segments_, halving, half),
                                   free, NoChanges(cameras_.size()), options));
       if (!fits.back().usable) {
@@ -758,7 +767,7 @@ class RigEstimate {
         LikelyRight(fit_.covariance, fit_.places, result_.size_m);
     result_.likely_by_lenses = LikelyRight(given, fit_.places, result_.size_m);
     if (!UndecidedViews().empty()) {
-      // One of two explanations that fit equally well.
+      // Two explanations fit equally well, so each is half as likely.
       result_.likely_right *= 0.5;
       result_.likely_by_lenses *= 0.5;
     }
@@ -768,8 +777,8 @@ class RigEstimate {
     const Halves frames = HalvesOf(Halving::kTime);
     const Halves joints = HalvesOf(Halving::kJoints);
     const Halves people = HalvesOf(Halving::kPeople);
-    // A wand has too few joints for halves, and its detection errors do not
-    // last.
+    // A wand has too few joints for halves, and its detection errors are not
+    // persistent.
     const Halves& tell = human_ || joints.are_there ? joints : frames;
     const FitError error = MeasureFit(
         cameras_, segments_, NoChanges(cameras_.size()), Options(0).segments);
@@ -813,10 +822,10 @@ class RigEstimate {
     Verdict(sure);
   }
 
-  // Views placed only by pairs that another lag or pose explains nearly as
+  // Views placed only by pairs for which another lag or pose fits nearly as
   // well.
   std::vector<std::string> UndecidedViews() const {
-    constexpr double kSameS = 0.25;  // of PairFit::rival
+    constexpr double kSameS = 0.25;  // as in PairFit::rival
     const double most = kSameS * recording_.header.frame_rate_hz;
     std::vector<int> lag_of(intrinsics_.size(), 0);
     std::vector<char> joined(intrinsics_.size(), 0);
@@ -844,8 +853,8 @@ class RigEstimate {
     return views;
   }
 
-  // The views whose focal lengths, as the recording determines them, differ
-  // from those stated; empty where they agree.
+  // Describes the views whose focal lengths, as estimated from the recording,
+  // differ from the stated values; empty if all agree.
   std::string OtherFocal() const {
     if (!input_.focal_stated || cameras_.size() < 3) return "";
     BundleOptions options = Options(0);
@@ -856,7 +865,7 @@ class RigEstimate {
     const BundleResult fit = AdjustBundle(WithGivenLenses(), segments_, free,
                                           LensChanges(), options);
     if (!fit.usable) return "";
-    // Exceeded by one right focal length in a thousand.
+    // Exceeded by one correct focal length in a thousand.
     constexpr double kMostSigmas = 3.3;
     std::vector<std::string> found;
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -876,7 +885,7 @@ class RigEstimate {
     return fmt::format("{}", fmt::join(found, ", "));
   }
 
-  // The limit that a view fails, with the measured value.
+  // Describes the limit that a view exceeds, with the measured value.
   std::string WhyUnsure(double rotation_deg, double centre_m,
                         const Halves& halves, size_t v, double agreement,
                         double usual) const {
@@ -884,42 +893,43 @@ class RigEstimate {
       return "the recording does not determine its focal length";
     if (HasOddFocal(v)) {
       return fmt::format(
-          "it fits with a focal length of {:.0f} px alone, where {:.0f} is "
-          "stated or usual",
+          "it fits only with a focal length of {:.0f} px, although {:.0f} px "
+          "is stated or typical",
           cameras_[v].focal_px(), intrinsics_[result_.used[v]].focal_px());
     }
     if (HasOddDrift(v)) {
       return fmt::format(
-          "it fits with a clock that drifts by {:.1f} ms a second alone: a "
-          "lag of a stride, or another frame rate",
+          "it fits only with a clock that drifts by {:.1f} ms per second: its "
+          "lag may be wrong by one stride, or its frame rate differs",
           1e3 * changes_[v][kDriftAt]);
     }
     if (agreement < kLeastAgreement || agreement < kLeastOfUsual * usual) {
       return fmt::format(
-          "its people lie on those of the others to {:.2f} of 1, the usual "
-          "view's to {:.2f}",
+          "its people agree with those of the other views to {:.2f} of 1 only "
+          "(median view: {:.2f})",
           agreement, usual);
     }
     if (rotation_deg > kMostRotationDeg ||
         centre_m > kMostPlace * result_.size_m) {
       return fmt::format(
-          "its place is not sure enough: {:.1f} degrees and {:.1f} % of the "
-          "rig's size, at most {:.1f} and {:.1f}",
+          "its pose is too uncertain: sigmas of {:.1f} degrees and {:.1f} % of "
+          "the rig's size, permitted are {:.1f} and {:.1f}",
           rotation_deg, 100.0 * centre_m / result_.size_m, kMostRotationDeg,
           100.0 * kMostPlace);
     }
-    if (!halves.are_there) return "half of the recording does not determine it";
+    if (!halves.are_there)
+      return "one half of the recording alone does not determine its pose";
     return fmt::format(
-        "either half of what is recorded puts it elsewhere, {:.1f} times as "
-        "far apart as a view may be unsure",
+        "its poses from the two halves of the data differ by {:.1f} times the "
+        "permitted uncertainty",
         halves.apart[v]);
   }
 
-  // For each view, a change during the recording: its residuals step and those
-  // of the others do not. Empty without one.
+  // Describes, for each view, a change during the recording, at which its
+  // residuals step and those of the other views do not; empty if there is none.
   std::vector<std::string> Breaks() const {
-    // On one side of a recording the residuals of a view that did not move may
-    // be twice as large, where people are hidden or far away.
+    // Even without a change, a view's residuals may be twice as large in one
+    // part of a recording, if people are occluded or far away.
     constexpr double kLeastRatio = 2.0;
     constexpr double kMoreThanOthers = 1.5;
     const std::vector<ViewResiduals> residuals =
@@ -932,8 +942,7 @@ class RigEstimate {
     }
     std::vector<std::string> breaks(residuals.size());
     if (residuals.size() < 3)
-      return breaks;  // two views do not show which of
-                      // them changed
+      return breaks;  // with two views, either may have changed
     const double usual = Median(ratios);
     for (size_t v = 0; v < breaks.size(); ++v) {
       if (ratios[v] < kLeastRatio || ratios[v] < kMoreThanOthers * usual) {
@@ -947,19 +956,20 @@ class RigEstimate {
           (middle_s + static_cast<double>(step.bin) * BinLength(segments_)) *
           recording_.header.frame_rate_hz));
       breaks[v] = fmt::format(
-          "at about frame {} its residuals change {:.0f}-fold and the others' "
-          "do not: {}; calibrate what is before and after apart",
+          "at about frame {} its residuals change {:.0f}-fold and those of the "
+          "other views do not: {}; calibrate the parts before and after "
+          "separately",
           recording_.frames.front().frame + frame, ratios[v], cause);
     }
     return breaks;
   }
 
-  // Whether a separate pose or clock on the worse side of a view's step
-  // explains the step, in words; empty where neither does. For a camera turned
-  // by 3 degrees the pose explains a third of the excess (the robust loss holds
-  // the fit back); for Shelf's cam2, where people are hidden, nothing. The
-  // limit of a fifth rests on few recordings. The best of thirty lags gains by
-  // chance, so a clock has to explain half.
+  // Describes whether a separate clock or pose on the worse side of a view's
+  // step explains the step; empty if neither does. For a camera rotated by 3
+  // degrees the pose explains a third of the excess (the robust loss limits the
+  // fit); for Shelf's cam2, where people are occluded, nothing. The limit of a
+  // fifth is based on few recordings. The best of thirty lags gains by chance,
+  // so a clock must explain half.
   std::string WhatExplains(size_t v, const ViewStep& step,
                            const ViewResiduals& residuals) const {
     constexpr double kLeastByClock = 0.5;
@@ -988,7 +998,8 @@ class RigEstimate {
       }
       if (most >= kLeastByClock) {
         return fmt::format(
-            "its pictures are {} there, some {} of them: lost or repeated",
+            "its images are {} in this part by about {} frames, because images "
+            "were lost or repeated",
             lag > 0 ? "late" : "early", std::abs(lag));
       }
     }
@@ -1023,8 +1034,8 @@ class RigEstimate {
     return RefinedCameras(cameras_, fit.changes);
   }
 
-  // The same step, once the view is fitted to its better side: a camera fitted
-  // to both sides lies between them and blurs the moment.
+  // The same step with the view fitted to its better side: a camera fitted to
+  // both sides lies between the two poses and blurs the time of the step.
   ViewStep Sharpened(size_t v, const ViewStep& step) const {
     const auto better = FitToSide(v, step, /*worse=*/false);
     if (!better.has_value()) return step;
@@ -1033,15 +1044,15 @@ class RigEstimate {
     return sharp.ratio > step.ratio ? sharp : step;
   }
 
-  // What to record next.
+  // Recommends what to record next.
   const char* Record() const {
-    return human_
-               ? "record people who walk through all of the room, arms "
-                 "moving, for a minute"
-               : "move what is recorded through all of the room for a minute";
+    return human_ ? "record people who walk through the whole room, arms "
+                    "moving, for a minute"
+                  : "move the subject through the whole room for a minute";
   }
 
-  // Why no two views were joined: what was tracked, and what pairs share.
+  // Describes why no two views were joined: what was tracked, and what pairs
+  // share.
   std::string WhyNoStart() const {
     constexpr double kLeastS = 1.0;
     const double rate_hz = recording_.header.frame_rate_hz;
@@ -1049,8 +1060,8 @@ class RigEstimate {
         static_cast<double>(recording_.frames.size()) / rate_hz;
     if (span_s < kLeastS) {
       return fmt::format(
-          "the recording is {:.2g} s long, and nothing is followed for less "
-          "than a second: {}",
+          "the recording is {:.2g} s long, but tracklets must last at least "
+          "one second: {}",
           span_s, Record());
     }
     std::vector<int> tracklets(intrinsics_.size(), 0);
@@ -1062,12 +1073,11 @@ class RigEstimate {
     }
     const auto seeing =
         tracklets.size() - std::count(tracklets.begin(), tracklets.end(), 0);
-    const std::string followed =
-        fmt::format("what was followed for a second and more, by view: {}",
-                    fmt::join(counts, ", "));
+    const std::string followed = fmt::format(
+        "tracklets of at least a second, by view: {}", fmt::join(counts, ", "));
     if (seeing < 2) {
       return fmt::format(
-          "fewer than two views follow anything for a second with ten "
+          "fewer than two views have a tracklet of at least one second and ten "
           "detections ({}): {}",
           followed, Record());
     }
@@ -1077,8 +1087,7 @@ class RigEstimate {
     }
     return fmt::format(
         "no two views see the same {} move: the best pair shares {:.1f} s "
-        "({}); "
-        "{}, where two cameras and more see {}",
+        "({}); {}, where at least two cameras see {}",
         human_ ? "people" : "thing", most, followed, Record(),
         human_ ? "them" : "it");
   }
@@ -1096,14 +1105,13 @@ class RigEstimate {
                                         : RigVerdict::kRefused;
     if (!result_.clocks_told) {
       result_.reasons.push_back(
-          "clocks are known to whole frames only: record faster motion, or "
-          "give "
+          "clocks are known to whole frames only: record faster motion, or use "
           "--in_step if the cameras share a trigger");
     }
     if (sure < result_.views.size() && sure == cameras_.size()) {
       result_.reasons.push_back(
-          "some views share no motion with the others, or have another rate or "
-          "time: see left out");
+          "some views share no motion with the others, or have another frame "
+          "rate or time: see the views left out");
     }
     if (sure == cameras_.size()) {
       if (result_.likely_right < kLeastLikely) {
@@ -1113,19 +1121,18 @@ class RigEstimate {
     }
     if (!DeterminesFocal()) {
       result_.reasons.push_back(
-          "two cameras do not determine their focal lengths: give them "
-          "(--focal, "
-          "--cameras), or add a third camera");
+          "two cameras do not determine their focal lengths: specify them "
+          "(--focal, --cameras), or add a third camera");
     } else if (cameras_.size() == kFewest && FaceEachOther()) {
       result_.reasons.push_back(
-          "two cameras that face each other hardly determine depth: place a "
-          "third "
-          "one beside them");
+          "two cameras that face each other hardly determine depth: add a "
+          "third camera at the side");
     } else if (human_ && PlacesApart(segments_) < kOneSpotM) {
-      result_.reasons.push_back(fmt::format(
-          "people stay in one spot (half of the time within {:.2f} m), where a "
-          "detector's lasting errors look like cameras that are turned: {}",
-          PlacesApart(segments_), Record()));
+      result_.reasons.push_back(
+          fmt::format("people stay in one place (half of the time within "
+                      "{:.2f} m), so a detector's persistent errors cannot be "
+                      "distinguished from rotated cameras: {}",
+                      PlacesApart(segments_), Record()));
     } else {
       std::vector<std::string> views;
       for (const int v : result_.used) {
@@ -1141,14 +1148,14 @@ class RigEstimate {
     }
   }
 
-  // Why a rig whose views are all accurate is less certain than promised.
+  // Describes why a rig whose views are all accurate is less certain than
+  // promised.
   std::string WhyNotLikely() const {
     const std::vector<std::string> undecided = UndecidedViews();
     if (!undecided.empty()) {
       return fmt::format(
-          "what moves repeats so regularly that {} fit nearly as well at "
-          "another time and place: record {}, or say --in_step where the "
-          "cameras share a trigger",
+          "the motion is so regular that other lags and poses of {} fit nearly "
+          "as well: record {}, or use --in_step if the cameras share a trigger",
           fmt::join(undecided, ", "),
           human_ ? "people who stop, turn and change their speed"
                  : "motion that does not repeat");
@@ -1165,39 +1172,41 @@ class RigEstimate {
         deg, 100.0 * share);
     if (!input_.lenses_known && result_.likely_by_lenses >= kLeastLikely) {
       return "lens: the recording does not determine principal points and "
-             "distortion "
-             "well enough, and with these " +
-             off + "; give lenses that are measured (--cameras), or record " +
+             "distortion well enough, and because of these " +
+             off +
+             "; specify lenses that are measured (--cameras), or record " +
              (human_ ? "people" : "it") + " up to the edges of all images";
     }
     const std::string what =
-        !input_.lenses_known ? "give lenses that are measured (--cameras), or "
-        : input_.focal_sigma > 0.0
-            ? "say focal lengths that are measured (--focal, --cameras), or "
-            : "";
-    return "every view has its place, but 0.3 degrees and 1 % of the rig's "
-           "size "
-           "are not sure: " +
-           off + "; " + what + "record longer, and more people";
+        !input_.lenses_known
+            ? "specify lenses that are measured (--cameras), or "
+        : input_.focal_sigma > 0.0 ? "specify focal lengths that are measured "
+                                     "(--focal, --cameras), or "
+                                   : "";
+    return "every view is calibrated, but not certainly to 0.3 degrees and 1 % "
+           "of the rig's size: " +
+           off + "; " + what + "record longer and more people";
   }
 
-  // Two cameras whose axes meet, as is usual in a room, fit any focal lengths
-  // (Newsam et al., "Recovering Unknown Focal Lengths in Self-Calibration: An
-  // Essentially Linear Algorithm and Degenerate Configurations", 1996).
+  // Two cameras whose axes intersect, as is typical in a room, fit any focal
+  // lengths (Newsam et al., "Recovering Unknown Focal Lengths in
+  // Self-Calibration: An Essentially Linear Algorithm and Degenerate
+  // Configurations", 1996).
   bool DeterminesFocal() const {
     constexpr double kNearlyKnown = 0.03;
     return cameras_.size() > 2 || input_.focal_sigma <= kNearlyKnown;
   }
 
-  // Mirrored images and wrong lags may fit with focal lengths that are
-  // implausible for a camera.
+  // Whether a focal length is implausible; with such a value, mirrored images
+  // and wrong lags may fit.
   bool HasOddFocal(size_t v) const {
     constexpr double kMostSigmas = 3.3;  // one in a thousand
     return std::abs(FocalPrior(v)) > kMostSigmas * kFocalUnknown;
   }
 
-  // Steps repeat: a lag of one stride with a drift may fit nearly as well as
-  // the truth. Files of 29.97 Hz read as 30 Hz drift by a thousandth.
+  // Whether a drift is implausible. Because steps repeat, a lag of one stride
+  // with a drift may fit nearly as well as the truth. Files of 29.97 Hz read as
+  // 30 Hz drift by a thousandth.
   bool HasOddDrift(size_t v) const {
     constexpr double kMostSigmas = 3.3;  // one in a thousand
     constexpr double kNtsc = 1e-3;
@@ -1208,7 +1217,7 @@ class RigEstimate {
   }
 
   bool FaceEachOther() const {
-    constexpr double kCosine = -0.94;  // of 160 degrees
+    constexpr double kCosine = -0.94;  // cosine of 160 degrees
     return cameras_[0].R().row(2).dot(cameras_[1].R().row(2)) < kCosine;
   }
 
@@ -1260,7 +1269,7 @@ RigInput PartOf(const RigInput& input, const std::vector<int>& views) {
 }
 
 // Maps the result for the views `kept` back to all views. `whole`: the earlier
-// result, with the reasons why the other views are left out.
+// result, which contains the reasons why the other views are left out.
 RigResult OfWhole(RigResult part, const std::vector<int>& kept,
                   RigResult whole) {
   for (RigView& view : whole.views) view.joined = false;
@@ -1275,7 +1284,7 @@ RigResult OfWhole(RigResult part, const std::vector<int>& kept,
   return part;
 }
 
-// Adds the views left out to the reasons.
+// Adds the views that are left out to the reasons.
 void DescribeLeftOut(const DetectionHeader& header, RigResult* result) {
   for (size_t v = 0; v < result->views.size(); ++v) {
     const RigView& view = result->views[v];
@@ -1285,9 +1294,10 @@ void DescribeLeftOut(const DetectionHeader& header, RigResult* result) {
   }
 }
 
-// Whether a later attempt may replace a refused one: three views check each
-// other, while two views of a failed recording fit by chance (Campus: two of
-// three views with a stated sigma of 0.2 degrees, 150 degrees off).
+// Whether a later attempt may replace a refused attempt: three views check each
+// other, while two views of a failed recording may fit by chance (Campus: two
+// of three views with an estimated sigma of 0.2 degrees and an error of 150
+// degrees).
 bool IsRescue(const RigResult& result) {
   constexpr size_t kFewest = 3;
   return result.verdict != RigVerdict::kRefused &&
@@ -1298,7 +1308,7 @@ bool IsRescue(const RigResult& result) {
 RigResult EstimateAsShown(const RigInput& input, int attempt) {
   RigResult result = RigEstimate(input, attempt).Run();
   std::vector<int> sure;
-  int worst = -1;  // of the joined views, the one of least agreement
+  int worst = -1;  // the joined view of least agreement
   for (size_t v = 0; v < result.views.size(); ++v) {
     const RigView& view = result.views[v];
     if (!view.joined) continue;
@@ -1307,7 +1317,8 @@ RigResult EstimateAsShown(const RigInput& input, int attempt) {
       worst = static_cast<int>(v);
     }
   }
-  // Drop the views that may spoil the rest; if all are unsure, the worst one.
+  // Views that may spoil the others are dropped; if the result was refused,
+  // only the worst view.
   std::vector<int> kept = sure;
   if (result.verdict == RigVerdict::kRefused && result.used.size() > 2) {
     kept = result.used;
@@ -1331,8 +1342,8 @@ double SumOfAgreements(const RigResult& result) {
   return sum;
 }
 
-// Views whose left and right may be exchanged: those that agree better so, and
-// those not joined.
+// Views whose left and right may be exchanged: views that agree better if
+// exchanged, and views not joined.
 std::vector<char> MayBeExchanged(const RigResult& result) {
   constexpr int kFrames = 40;
   const std::vector<int> frames =
@@ -1347,8 +1358,8 @@ std::vector<char> MayBeExchanged(const RigResult& result) {
   return views;
 }
 
-// The recording with one view's frame rate scaled by `factor`: moment k shows
-// its frame k * factor.
+// The recording with one view's frame rate scaled by `factor`: frame k shows
+// the view's frame k * factor.
 DetectionSequence AtRate(const DetectionSequence& detections, size_t view,
                          double factor) {
   DetectionSequence moved = detections;
@@ -1365,7 +1376,7 @@ DetectionSequence AtRate(const DetectionSequence& detections, size_t view,
 }
 
 // Checks whether views that were not joined have another frame rate. The pair
-// with a joined view then has several seconds of evidence at that rate, and far
+// with a joined view then has several seconds of evidence at that rate, far
 // more than at any other lag or at the stated rate. A camera that was moved
 // fits partly at both rates.
 void AskRates(const RigInput& input, RigResult* result) {
@@ -1398,8 +1409,8 @@ void AskRates(const RigInput& input, RigResult* result) {
       }
       best = fit.evidence;
       view.left_out = fmt::format(
-          "at {:.4g} Hz instead of {:.4g} it shows what view {} shows: "
-          "--set=input.view_frame_rate.{}={:.4g}",
+          "read at {:.4g} Hz instead of {:.4g}, its motion agrees with view "
+          "{}: --set=input.view_frame_rate.{}={:.4g}",
           rate, rate_hz,
           Printable(input.detections.header.view_names[result->used[0]]),
           Printable(input.detections.header.view_names[v]), rate);
@@ -1415,7 +1426,7 @@ RigResult EstimateWithSides(const RigInput& input) {
     return nothing;
   }
   RigResult result = EstimateAsShown(input, 0);
-  // The search is random: do not refuse after one attempt.
+  // Because the search is random, a recording is not refused after one attempt.
   if (result.verdict == RigVerdict::kRefused) {
     RigResult second = EstimateAsShown(input, 1);
     if (IsRescue(second)) result = std::move(second);
@@ -1429,8 +1440,9 @@ RigResult EstimateWithSides(const RigInput& input) {
   RigInput exchanged = input;
   ExchangeSides(views, &exchanged.detections);
   RigResult again = EstimateAsShown(exchanged, 0);
-  // A mirrored image (except for its lens) and a lag of half a stride look like
-  // exchanged sides, so reporting wrong detections requires confidence.
+  // A mirrored image (except for its lens) and a lag of half a stride also look
+  // like exchanged sides, so high confidence is required for reporting wrong
+  // detections.
   if (again.verdict == RigVerdict::kRefused ||
       again.likely_by_lenses < kLeastLikely ||
       (!IsRescue(again) && input.intrinsics.size() > 2) ||
@@ -1445,20 +1457,20 @@ RigResult EstimateWithSides(const RigInput& input) {
   return again;
 }
 
-// Where the recording contradicts the stated focal lengths, which distort all
-// cameras: the result without them; refused if that fails.
+// If the recording contradicts the stated focal lengths, which then bias all
+// cameras, estimates the rig without them; refused if that fails.
 RigResult WithoutFocal(const RigInput& input, RigResult result) {
   RigInput part = input;
   part.focal_stated = false;
   part.focal_sigma = kFocalUnknown;
   RigResult again = EstimateWithSides(part);
   const std::string found =
-      "the recording contradicts the focal lengths that are stated: " +
+      "the recording contradicts the focal lengths that were stated: " +
       result.other_focal;
   if (again.verdict == RigVerdict::kRefused) {
     result.verdict = RigVerdict::kRefused;
     result.reasons.push_back(found +
-                             "; without them the cameras are undetermined");
+                             "; without these the cameras are undetermined");
     return result;
   }
   again.reasons.push_back(found + "; all are estimated as if none were stated");

@@ -18,7 +18,7 @@
 namespace kinegraph {
 namespace {
 
-// Least evidence [s] of a pair that joins a view.
+// Minimum evidence [s] of a pair that joins a view.
 constexpr double kLeastEvidenceS = 0.6;
 
 // The pair with its views exchanged.
@@ -34,7 +34,7 @@ PairFit Turned(const PairFit& pair) {
 
 // Depths of a common joint of a match in both views.
 struct SeenDepth {
-  int frame = 0;  // of view a
+  int frame = 0;  // in view a
   Eigen::Index joint = 0;
   Eigen::Vector2d depths;
 };
@@ -67,8 +67,8 @@ std::vector<SeenDepth> DepthsOfMatch(const std::vector<ViewTracklet>& tracklets,
   return seen;
 }
 
-// Sum of the median bone lengths, in baselines of the pair; 0 where no bone was
-// seen.
+// Sum of the median bone lengths, in units of the pair's baseline; 0 if no bone
+// was seen.
 double BodyOf(const std::vector<ViewTracklet>& tracklets, const PairFit& pair,
               const std::vector<Bone>& bones) {
   std::vector<std::vector<double>> lengths(bones.size());
@@ -119,7 +119,7 @@ class Joiner {
     }
   }
 
-  // Sum of the evidence of its pairs [s].
+  // Sum of the evidence of the tree's pairs [s].
   double evidence() const { return evidence_; }
 
   RigStart Start() const {
@@ -145,7 +145,8 @@ class Joiner {
 
   bool Joined(int view) const { return joined_[view] != 0; }
 
-  // The best pair (PairFit::lead) with one view joined, with that view first.
+  // The best pair (PairFit::lead) of which exactly one view is joined, with
+  // this view first.
   std::optional<PairFit> NextEdge() const {
     const PairFit* best = nullptr;
     for (const PairFit& pair : pairs_) {
@@ -171,8 +172,9 @@ class Joiner {
     return in_rig;
   }
 
-  // Logarithms of the length of the edge's baseline in the rig: depths in view
-  // a by the rig over those by the edge.
+  // Logarithms of the length of the edge's baseline in the rig, one per joint:
+  // depth in view a according to the rig divided by the depth according to the
+  // edge.
   std::vector<double> LengthsByDepth(const PairFit& edge) const {
     std::vector<double> lengths;
     for (const TrackletMatch& match : edge.matches) {
@@ -235,9 +237,10 @@ class Joiner {
   double evidence_ = 0.0;
 };
 
-// A set index for each tracklet: tracklets that pairs of views match are one
-// person's, best matches first, with at most one tracklet per view at any time.
-// `place`: position of each view among the joined ones, or -1.
+// A set index for each tracklet; a set is one person. Tracklets that pairs of
+// views match are merged, the best matches first, with at most one tracklet per
+// view at any time. `place`: position of each view among the joined views, or
+// -1.
 std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   struct Edge {
     double worth;
@@ -248,7 +251,8 @@ std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   for (const PairFit& pair : start.pairs) {
     const int a = place[pair.a];
     const int b = place[pair.b];
-    // The matches of a pair with another lag do not hold at the rig's clocks.
+    // The matches of a pair with another lag are not valid for the rig's
+    // clocks.
     if (a < 0 || b < 0 ||
         std::abs(start.lag_frames[b] - start.lag_frames[a] - pair.lag) > 2) {
       continue;
@@ -284,7 +288,7 @@ std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   return set_of;
 }
 
-// The bones between the given joints, by positions in `joints`.
+// The bones between the given joints, as positions in `joints`.
 std::vector<Bone> BonesOf(const Skeleton& skeleton,
                           const std::vector<int>& joints) {
   const auto place = [&](int joint) {
@@ -299,9 +303,9 @@ std::vector<Bone> BonesOf(const Skeleton& skeleton,
   return bones;
 }
 
-// The tree of the most views, and among these of the most evidence. Trees of
-// one connected component join the same views, so one is grown per pair that is
-// the best of both its views.
+// The tree with the most views and, among those, the most evidence. All trees
+// of one connected component join the same views, so a tree is grown only from
+// each pair that is the best pair of both its views.
 RigStart JoinPairs(const CameraRig& intrinsics,
                    const std::vector<ViewTracklet>& tracklets,
                    const std::vector<PairFit>& pairs,
@@ -449,7 +453,7 @@ FrozenMatches PeopleOf(const DetectionSequence& recording,
     place[start.views[i]] = static_cast<int>(i);
   }
   const std::vector<int> set_of = SetsOf(start, place);
-  std::map<int, std::map<int, FrozenFrame>> people;  // by set and moment
+  std::map<int, std::map<int, FrozenFrame>> people;  // by set and frame
   const auto count = static_cast<int>(recording.frames.size());
   for (size_t i = 0; i < start.tracklets.size(); ++i) {
     const ViewTracklet& tracklet = start.tracklets[i];

@@ -16,33 +16,33 @@ namespace kinegraph {
 
 struct RigStart {
   // The joined views, ascending, with the camera of each (unit of length: the
-  // baseline of the first pair) and its lag: moment k of the recording is frame
-  // k + lag of the view.
+  // baseline of the first pair) and its lag: the instant of frame k of the
+  // recording is that of frame k + lag of the view.
   std::vector<int> views;
   CameraRig cameras;
   std::vector<int> lag_frames;
-  // What the views were joined by.
+  // The tracklets and pairs from which the views were joined.
   std::vector<ViewTracklet> tracklets;
   std::vector<PairFit> pairs;
 };
 
 struct RigSearch {
-  double focal_sigma = 0.0;     // of RigInput
+  double focal_sigma = 0.0;     // as in RigInput
   double longest_lag_s = 10.0;  // 0: the views are synchronised
-  int attempt = 0;              // of PairSearchOptions
+  int attempt = 0;              // as in PairSearchOptions
   std::function<void(int done, int total)> progress;  // may be empty
 };
 
-// `recording` contains every frame from the first to the last, at its nominal
-// time. `intrinsics` as in RigInput: unknown focal lengths are searched. The
-// result has no views if no two views share moving people; it then still has
-// the tracklets and pairs.
+// `recording` must contain every frame from the first to the last, at its
+// nominal time. `intrinsics`: as in RigInput; unknown focal lengths are
+// searched. If no two views share moving people, the result has no views, but
+// still the tracklets and pairs.
 RigStart FindRigStart(const DetectionSequence& recording,
                       const CameraRig& intrinsics, const RigSearch& search);
 
-// The people of the joined views, from the matches of the pairs, best first.
-// View indices are positions among the joined views; frames are those of
-// `recording` realigned by the lags.
+// The people of the joined views, from the matches of the pairs, the best
+// matches first. View indices are positions among the joined views; frames
+// refer to `recording` realigned by the lags.
 FrozenMatches PeopleOf(const DetectionSequence& recording,
                        const RigStart& start);
 

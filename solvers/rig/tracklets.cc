@@ -14,24 +14,25 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kGapS = 0.4;    // bridged by a tracklet, or
-constexpr int kGapFrames = 4;    // this many frames, at low frame rates
-constexpr double kLeastS = 1.0;  // duration of a tracklet
+constexpr double kGapS = 0.4;    // longest gap in a tracklet, or
+constexpr int kGapFrames = 4;    // this many frames at low frame rates
+constexpr double kLeastS = 1.0;  // minimum duration of a tracklet
 constexpr int kLeastDetections = 10;
-// Joints found in a detection, and joints common to two frames; at most all
-// joints of the skeleton, as a wand has fewer.
+// Minimum numbers of joints in a detection, and of joints common to two frames;
+// all joints for smaller skeletons, such as a wand.
 constexpr int kLeastJoints = 4;
 constexpr int kLeastCommon = 3;
-// The size of a person shrinks by at most this factor per detection: a stick
-// that points at the camera or a half-hidden person keeps its gate.
+// The size used for the gate shrinks by at most this factor per detection, so
+// that a stick that points at the camera or a partly occluded person keeps its
+// gate.
 constexpr double kShrinks = 0.9;
-// Gate on the distance from the last joints, in sizes of the person: at rest,
-// and per second since.
+// Gate on the distance from the last joints, in units of the person's size:
+// constant part, and growth per second since then.
 constexpr double kGate = 0.1;
 constexpr double kGatePerSecond = 2.0;
-// Factor on the gate where one person faces one open tracklet.
+// Factor on the gate if there is only one person and one open tracklet.
 constexpr double kAlone = 4.0;
-// A candidate is ambiguous if another one is less than this many times as far.
+// A candidate is ambiguous if another is less than this many times as far away.
 constexpr double kClearly = 2.0;
 
 NormalisedJoints Normalised(const Camera& camera, const Detection& detection,
@@ -62,7 +63,7 @@ double SizeOf(const NormalisedJoints& points) {
   return box.diagonal().norm();
 }
 
-// Median distance of the common joints; infinite where there are too few.
+// Median distance of the common joints; infinite if there are too few.
 double DistanceOf(const NormalisedJoints& a, const NormalisedJoints& b) {
   std::vector<double> distances;
   for (Eigen::Index j = 0; j < a.cols(); ++j) {
@@ -76,7 +77,7 @@ double DistanceOf(const NormalisedJoints& a, const NormalisedJoints& b) {
   return Median(std::move(distances));
 }
 
-// Of detections of the same person, keeps the one with the most joints.
+// Of several detections of the same person, keeps the one with the most joints.
 void DropFoundTwice(std::vector<std::pair<int, NormalisedJoints>>* people) {
   constexpr double kSame = 0.05;  // of the person's size
   std::stable_sort(people->begin(), people->end(),
@@ -116,7 +117,7 @@ class Follower {
         Close(s);
       }
     }
-    // For each person the tracklet it continues, or -1.
+    // distance: by person and open tracklet, in units of the gate.
     const size_t count = open_.size();
     Eigen::MatrixXd distance(people.size(), count);
     for (size_t p = 0; p < people.size(); ++p) {
@@ -131,7 +132,7 @@ class Follower {
       }
     }
     std::vector<char> unclear(count, 0);
-    std::vector<int> goes_on(people.size(), -1);
+    std::vector<int> goes_on(people.size(), -1);  // tracklet of each person
     for (size_t p = 0; p < people.size(); ++p) {
       for (size_t s = 0; s < count; ++s) {
         if (distance(p, s) > 1.0) continue;
@@ -158,7 +159,7 @@ class Follower {
   static bool IsClear(const Eigen::MatrixXd& distance, size_t person,
                       size_t tracklet) {
     const double near = kClearly * distance(person, tracklet);
-    // The pair's own distance is counted too, unless it is 0.
+    // The pair's own distance is also counted, unless it is 0.
     return (distance.row(person).array() < near).count() <= 1 &&
            (distance.col(tracklet).array() < near).count() <= 1;
   }
@@ -203,7 +204,7 @@ class Follower {
 // ---- Motion signals ----
 
 constexpr double kSamplesPerSecond = 12.5;
-constexpr double kLastingS = 0.8;  // length of the high-pass filter
+constexpr double kHighPassS = 0.8;  // window of the high-pass filter
 
 // Mean of the finite samples among k - reach .. k + reach.
 Eigen::MatrixXf MovingMean(const Eigen::MatrixXf& values, int reach) {
@@ -241,7 +242,8 @@ std::vector<int> MiddleOf(const std::vector<int>& joints,
   return middle.size() == 4 ? middle : all;
 }
 
-// The upward direction in each view's image: mean from hips to shoulders.
+// The upward direction in each view's image: the mean direction from hips to
+// shoulders.
 std::vector<Eigen::Vector2d> UpInViews(
     const std::vector<ViewTracklet>& tracklets, const std::vector<int>& joints,
     const Skeleton& skeleton, int view_count) {
@@ -317,7 +319,7 @@ MotionSignals::MotionSignals(const std::vector<ViewTracklet>& tracklets,
       1, static_cast<int>(std::lround(frame_rate_hz / kSamplesPerSecond)));
   const double per_second = frame_rate_hz / step_;
   least_samples_ = std::max(8, static_cast<int>(std::lround(per_second)));
-  const int reach = std::max(2, static_cast<int>(kLastingS * per_second));
+  const int reach = std::max(2, static_cast<int>(kHighPassS * per_second));
   const std::vector<int> middle = MiddleOf(joints, skeleton);
   const auto ups = UpInViews(tracklets, joints, skeleton, view_count);
   const auto count = static_cast<Eigen::Index>(joints.size());

@@ -13,16 +13,15 @@
 namespace kinegraph {
 
 // Joints in normalised image coordinates (x / z, y / z in the camera's frame,
-// lens distortion removed), one per column; NaN where a joint was not found.
+// lens distortion removed), one per column; NaN if a joint was not found.
 using NormalisedJoints = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
 struct ViewTracklet {
   int view = 0;
   int first = 0;  // index of its first frame in the recording
-  // One per frame from `first` on: index of the detection in its view; -1 where
-  // there is none.
+  // By frame from `first` on: index of the detection in its view, or -1.
   std::vector<int> detections;
-  std::vector<NormalisedJoints> joints;  // empty where there is none
+  std::vector<NormalisedJoints> joints;  // by frame; empty if not detected
   // Median diagonal of the joints' bounding box, in normalised coordinates.
   double size = 0.0;
 
@@ -44,14 +43,15 @@ inline bool Overlap(const ViewTracklet& x, const ViewTracklet& y) {
 std::vector<int> RigJoints(const Skeleton& skeleton);
 
 // Tracklets of at least one second and ten detections, view by view. A
-// detection continues the tracklet that is clearly the nearest; tracklets that
-// compete for a detection end there. `cameras`: intrinsics, one per view.
+// detection continues the tracklet that is clearly nearest; tracklets that
+// compete for a detection end. `cameras`: intrinsics, one per view.
 std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
                                         const DetectionSequence& detections,
                                         const std::vector<int>& joints);
 
-// Signals that look alike from every side: heights of joints above the body's
-// centre and their image speeds, both high-pass filtered.
+// Motion signals that are similar in views from all directions: heights of
+// joints above the body's centre, and speeds of joints in the image, both
+// high-pass filtered.
 class MotionSignals {
  public:
   MotionSignals(const std::vector<ViewTracklet>& tracklets,
@@ -60,8 +60,8 @@ class MotionSignals {
 
   // Frames per sample.
   int step() const { return step_; }
-  // Correlation of two tracklets, sample k of `a` with k + lag of `b`, and the
-  // number of common samples; 0 below one second.
+  // Correlation of two tracklets, sample k of `a` with sample k + lag of `b`,
+  // and the number of common samples; both 0 for less than one second.
   struct Likeness {
     double correlation = 0.0;
     int samples = 0;

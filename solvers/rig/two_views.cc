@@ -15,8 +15,8 @@
 namespace kinegraph {
 namespace {
 
-// Moves the points' centroid to the origin and scales their mean distance to
-// sqrt(2).
+// The transformation that moves the points' centroid to the origin and scales
+// their mean distance from it to sqrt(2).
 Eigen::Matrix3d Balance(const std::vector<PointPair>& pairs,
                         Eigen::Vector2d PointPair::*side) {
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
@@ -32,8 +32,8 @@ Eigen::Matrix3d Balance(const std::vector<PointPair>& pairs,
   return balance;
 }
 
-// The matrix of least algebraic error; nullopt where the null space has more
-// than one dimension.
+// The matrix of least algebraic error; nullopt if the null space has more than
+// one dimension.
 std::optional<Eigen::Matrix3d> LinearFit(const std::vector<PointPair>& pairs) {
   const Eigen::Matrix3d Ta = Balance(pairs, &PointPair::a);
   const Eigen::Matrix3d Tb = Balance(pairs, &PointPair::b);
@@ -49,7 +49,7 @@ std::optional<Eigen::Matrix3d> LinearFit(const std::vector<PointPair>& pairs) {
       moments);
   if (solver.info() != Eigen::Success) return std::nullopt;
   // Coplanar points leave two more directions undetermined.
-  constexpr double kOpen = 1e-9;
+  constexpr double kOpen = 1e-9;  // relative eigenvalue of the null space
   if (solver.eigenvalues()[1] < kOpen * solver.eigenvalues()[8]) {
     return std::nullopt;
   }
@@ -96,7 +96,7 @@ RelativePose Moved(const RelativePose& pose, const Step& step) {
   return moved;
 }
 
-// Signed Sampson distance, in sizes of the person.
+// Signed Sampson distance, in units of the person's size.
 double SignedSampson(const Eigen::Matrix3d& essential, double magnification,
                      const PointPair& pair) {
   const Eigen::Vector3d a = (pair.a / magnification).homogeneous();
@@ -109,8 +109,8 @@ double SignedSampson(const Eigen::Matrix3d& essential, double magnification,
   return b.dot(line_b) / length * magnification / pair.size;
 }
 
-// Normal equations of the robust Sampson distances in the first `size`
-// parameters (information and gradient), by numeric derivatives.
+// Normal equations (information and gradient) of the robust Sampson distances
+// in the first `size` parameters, with numeric derivatives.
 std::pair<Eigen::Matrix<double, 6, 6>, Step> Linearise(
     const std::vector<PointPair>& pairs, const RelativePose& pose, double scale,
     int size) {
@@ -168,7 +168,7 @@ std::optional<Eigen::Vector2d> DepthsOf(const RelativePose& pose,
   const Eigen::Vector3d a =
       pose.R * (pair.a / pose.magnification).homogeneous();
   const Eigen::Vector3d b = (pair.b / pose.magnification).homogeneous();
-  // Least squares of d_a a + t = d_b b.
+  // Least squares solution of d_a a + t = d_b b.
   Eigen::Matrix<double, 3, 2> A;
   A << a, -b;
   const Eigen::Matrix2d H = A.transpose() * A;

@@ -9,8 +9,8 @@
 
 namespace kinegraph {
 
-// One point in both views, in normalised image coordinates by the assumed focal
-// lengths.
+// One point in both views, in image coordinates normalised with the assumed
+// focal lengths.
 struct PointPair {
   Eigen::Vector2d a = Eigen::Vector2d::Zero();
   Eigen::Vector2d b = Eigen::Vector2d::Zero();
@@ -20,7 +20,8 @@ struct PointPair {
 };
 
 // x_b = R x_a + t with |t| = 1. Points of a PointPair are divided by
-// `magnification`: both focal lengths are the assumed ones times this.
+// `magnification`: the focal lengths are the assumed values times
+// `magnification`.
 struct RelativePose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::UnitX();
@@ -30,11 +31,11 @@ struct RelativePose {
 };
 
 // Squared first-order (Sampson) distance of a pair from the epipolar geometry
-// of `essential`, in sizes of the person.
+// of `essential`, in units of the person's size.
 double SampsonSquared(const Eigen::Matrix3d& essential, double magnification,
                       const PointPair& pair);
 
-// The one of the four poses of the same epipolar geometry that puts the most
+// Of the four poses with the same epipolar geometry, the one that puts the most
 // pairs in front of both views.
 RelativePose WithMostInFront(const std::vector<PointPair>& pairs,
                              const RelativePose& pose);
@@ -43,20 +44,21 @@ RelativePose WithMostInFront(const std::vector<PointPair>& pairs,
 double RobustCost(const std::vector<PointPair>& pairs, const RelativePose& pose,
                   double scale);
 
-// The normalised eight-point algorithm for eight or more pairs. nullopt where
-// the pairs do not determine a pose: all in one plane, or no baseline.
+// The normalised eight-point algorithm for eight or more pairs. nullopt if the
+// pairs do not determine a pose, because all points are coplanar or there is no
+// baseline.
 std::optional<RelativePose> EightPoint(const std::vector<PointPair>& pairs,
                                        double magnification);
 
-// Depths of a pair's point in both views, for a baseline of one; nullopt where
-// the rays are nearly parallel.
+// Depths of a pair's point in both views, for a baseline of length one; nullopt
+// if the rays are nearly parallel.
 std::optional<Eigen::Vector2d> DepthsOf(const RelativePose& pose,
                                         const PointPair& pair);
 
 // Minimises the robust Sampson distances from `start` on (Levenberg-Marquardt
 // over rotation, direction and, unless `focal_sigma` is 0, the logarithm of the
 // magnification with a normal prior of this sigma). `scale`: of the Cauchy
-// loss, in sizes of the person.
+// loss, in units of the person's size.
 RelativePose RefinePose(const std::vector<PointPair>& pairs,
                         const RelativePose& start, double scale,
                         double focal_sigma);

@@ -9,34 +9,33 @@
 namespace kinegraph {
 namespace {
 
-constexpr size_t kMostTracklets = 16;  // of a view, the longest ones, in the
-                                       // search
-constexpr int kLagsTried = 6;          // besides lag 0
-// Steps repeat: lags whose likeness is close to the best one's are tried too,
+constexpr size_t kMostTracklets = 16;  // longest tracklets of a view searched
+constexpr int kLagsTried = 6;          // in addition to lag 0
+// Because steps repeat, lags whose likeness is close to the best are tried too,
 // up to twenty.
 constexpr double kNearlyAlike = 0.75;
 constexpr int kMostLagsTried = 20;
-constexpr int kDraws = 160;  // of a sample, per lag
-// Half as many draws again take samples larger by this factor: in a narrow
-// field of view the noise of a dozen points spoils the pose even if the matches
-// are right.
+constexpr int kDraws = 160;  // random samples per lag
+// Half as many further samples are larger by this factor, because in a narrow
+// field of view a dozen noisy points determine the pose too poorly even if the
+// matches are right.
 constexpr int kLarge = 3;
-constexpr int kRefined = 3;  // best poses refined, per lag
-// Sampson distances that still gain, in sizes of the person (some 1.8 m): 0.1 m
-// during the search, half of it at the end.
+constexpr int kRefined = 3;  // number of best poses refined per lag
+// Sampson distances from which joints gain nothing, in units of the person's
+// size (some 1.8 m): 0.1 m during the search, half of that at the end.
 constexpr double kWide = 0.06;
 constexpr double kNarrow = 0.03;
 constexpr double kScale = 0.012;  // of the robust loss
 // Mean gain of unrelated joints, which lie near epipolar lines by chance.
 constexpr double kByChance = 0.35;
 
-// The common joints of two tracklets at a lag.
+// Two tracklets that may match at a lag, with their common joints.
 struct Candidate {
   int a = 0;  // tracklets
   int b = 0;
-  double seconds = 0.0;  // in which both are seen
+  double seconds = 0.0;  // duration in which both are seen
   double likeness = 0.0;
-  // Alternating: points that poses are fitted to, and points held out.
+  // The points alternate: some are fitted, the others held out.
   std::vector<PointPair> fitted;
   std::vector<PointPair> held;
 };
@@ -54,7 +53,7 @@ std::vector<int> LongestOf(const std::vector<ViewTracklet>& tracklets, int view,
   return of_view;
 }
 
-// Frames of `a` that both tracklets have.
+// Frames of `a` in which both tracklets are seen.
 std::vector<int> CommonFrames(const ViewTracklet& a, const ViewTracklet& b,
                               int lag) {
   std::vector<int> frames;
@@ -117,7 +116,7 @@ struct Explanation {
   RelativePose pose;
   int lag = 0;
   std::vector<size_t> matched;  // candidates
-  std::vector<double> gains;    // of them
+  std::vector<double> gains;    // by matched candidate
   double score = 0.0;           // [s]
 };
 
@@ -145,8 +144,8 @@ Explanation Explain(const std::vector<ViewTracklet>& tracklets,
           };
           const Candidate& one = candidates[i];
           const Candidate& other = candidates[m];
-          // One tracklet may match two of the other view if these do not
-          // overlap.
+          // One tracklet may match several of the other view if these do not
+          // overlap in time.
           return (one.a == other.a && clash(one.b, other.b)) ||
                  (one.b == other.b && clash(one.a, other.a));
         });
@@ -178,10 +177,11 @@ class PairSearch {
     std::vector<Explanation> found;
     const LagsToTry lags = MakeLagsToTry();
     TryLags(lags.likely, &found);
-    // At a wrong lag a person who walks rounds at a constant speed looks, some
-    // strides later, like a person seen from elsewhere. All wrong lags then
-    // explain one person equally well, and the right one, which explains all
-    // people, may have a lower likeness than each of them: search all lags.
+    // A person who walks in circles at a constant speed looks, some strides
+    // later, like a person seen from another direction. Many wrong lags then
+    // explain one person equally well, and the right lag, which explains all
+    // people, may have a lower likeness than the wrong ones, so all lags are
+    // searched.
     pair.evidence = BestOf(found).score;
     pair.rival = RivalTo(BestOf(found), found);
     if (pair.is_undecided()) TryLags(lags.others, &found);
@@ -217,7 +217,7 @@ class PairSearch {
     std::vector<int> others;  // local maxima of lower likeness
   };
 
-  // Lag 0, then the local maxima of the likeness of motion, best first.
+  // Lag 0, then the local maxima of the likeness of motion, the best first.
   LagsToTry MakeLagsToTry() const {
     const int step = signals_.step();
     const auto reach = static_cast<int>(options_.longest_lag_s *
@@ -315,7 +315,7 @@ class PairSearch {
     return std::exp(options_.focal_sigma * random_.Uniform(-1.7, 1.7));
   }
 
-  // `times`: multiple of the minimal sample used here.
+  // `times`: multiple of the smaller sample size.
   std::vector<PointPair> Sample(const std::vector<Candidate>& candidates,
                                 const std::vector<double>& sums, int times) {
     const int of_one = 12 * times;
@@ -339,7 +339,7 @@ class PairSearch {
     return sample;
   }
 
-  // Alternates between matching and pose.
+  // Alternates between matching and refining the pose.
   Explanation Refine(const std::vector<Candidate>& candidates,
                      Explanation found, int rounds) const {
     for (int round = 0; round < rounds; ++round) {
@@ -438,7 +438,7 @@ void RefitPose(const std::vector<ViewTracklet>& tracklets, PairFit* pair) {
   }
   constexpr size_t kLeast = 16;
   if (all.size() < kLeast) return;
-  // The cost of a trial is proportional to the number of points.
+  // Limits the number of points, to which the cost of a trial is proportional.
   constexpr size_t kMost = 400;
   std::vector<PointPair> few;
   const size_t step = std::max<size_t>(1, all.size() / kMost);

@@ -23,34 +23,36 @@ struct PairSearchOptions {
 struct TrackletMatch {
   int a = 0;  // indices into all tracklets
   int b = 0;
-  double gain = 0.0;  // 0 .. 1: how close their joints are to epipolar lines
+  double gain = 0.0;  // 0 .. 1, higher for joints closer to epipolar lines
 };
 
 struct PairFit {
   int a = 0;
   int b = 0;
-  int lag = 0;  // frame k of view a was taken with frame k + lag of view b
+  int lag = 0;  // frame k of view a is simultaneous with k + lag of view b
   RelativePose pose;
   std::vector<TrackletMatch> matches;
-  // Seconds of matched people, on joints and frames that the pose was not
-  // fitted to, less the gain that unrelated joints reach by chance.
+  // Duration [s] of the matched people times their gain, on joints and frames
+  // that were held out of the fit, minus the gain of unrelated joints by
+  // chance.
   double evidence = 0.0;
-  // The evidence of the best different explanation: a lag more than a quarter
-  // of a second off, or a rotation more than 20 degrees off.
+  // The evidence of the best different explanation, i.e. with a lag that
+  // differs by more than 0.25 s or a rotation that differs by more than 20
+  // degrees.
   double rival = 0.0;
 
   // Rank of the pair when views are joined.
   double lead() const { return evidence - 0.5 * rival; }
-  // Whether another lag or pose explains nearly as much. On recorded people the
-  // rival has up to two thirds of the evidence (usually a fifth), on simulated
-  // people who walk rounds at a constant speed 0.93 and more.
+  // Whether another lag or pose explains nearly as much. For recorded people
+  // the rival has up to two thirds of the evidence (typically a fifth), for
+  // simulated people who walk in circles at a constant speed at least 0.93.
   bool is_undecided() const {
     constexpr double kNearly = 0.8;
     return rival >= kNearly * evidence;
   }
 };
 
-// Searches lag, pose and matches of views `a` and `b`. The evidence is 0 where
+// Searches lag, pose and matches of views `a` and `b`. The evidence is 0 if
 // nothing fits.
 PairFit SearchViewPair(const std::vector<ViewTracklet>& tracklets,
                        const MotionSignals& signals, int a, int b,

@@ -23,8 +23,8 @@ namespace {
 
 // ---- A step in a series ----
 
-// Information of a time bin on a level, and the gradient of half the squared
-// error at 0; the level is -gradient / information.
+// Information of a time bin about a level, and the gradient of half the squared
+// error at level 0; the estimate is -gradient / information.
 struct LevelBin {
   double time_s = 0.0;
   double information = 0.0;
@@ -42,7 +42,7 @@ LevelBin SumOf(const LevelBins& bins, size_t begin, size_t end) {
 }
 
 struct Step {
-  size_t bin = 0;  // the first one after it
+  size_t bin = 0;  // the first bin after the step
   double before = 0.0;
   double after = 0.0;
   double sigma = 0.0;  // of the difference
@@ -70,8 +70,9 @@ Step StepAt(const LevelBins& bins, size_t at, double least_scatter) {
   step.bin = at;
   step.before = -before.gradient / before.information;
   step.after = -after.gradient / after.information;
-  // By how much the scatter of the bins about the two levels exceeds their
-  // information: a detector's errors are correlated in time.
+  // Ratio of the scatter of the bins about the two levels to the scatter
+  // expected from their information; above 1 because a detector's errors are
+  // correlated in time.
   double squares = 0.0;
   double count = 0.0;
   for (size_t b = 0; b < bins.size(); ++b) {
@@ -121,8 +122,8 @@ struct ClockJump {
 };
 
 // Estimates of each view's offset by time bin, assuming that the other views
-// are right. A bin is a fortieth of the recording, but at least half a second:
-// a walker's step.
+// are right. A bin is a fortieth of the recording, but at least half a second,
+// the duration of a step in walking.
 std::vector<LevelBins> OffsetBins(const CameraRig& cameras,
                                   const SceneSegments& segments,
                                   const SegmentOptions& options) {
@@ -156,7 +157,7 @@ std::vector<LevelBins> OffsetBins(const CameraRig& cameras,
   return bins;
 }
 
-// The segments with a view's clock moved after the split.
+// The segments with the view's clock shifted after the jump.
 SceneSegments Moved(const SceneSegments& segments, const ClockJump& jump) {
   SceneSegments moved = segments;
   for (MotionSegment& segment : moved.segments) {
@@ -173,11 +174,11 @@ SceneSegments Moved(const SceneSegments& segments, const ClockJump& jump) {
 // The clearest jump of one view's clock, or nullopt. For each view the clock's
 // offset is estimated in short time bins (Gauss-Newton steps on the segments
 // with their states eliminated, assuming that the other views are right). A
-// jump is two levels, nearly whole frames apart, that explain the bins better
-// than offset and drift do.
+// jump is modelled as two levels, about a whole number of frames apart, that
+// explain the bins better than offset and drift.
 std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
-  // Six standard deviations, for some forty splits of a handful of views. A
-  // step that a drift explains nearly as well is rejected.
+  // Six standard deviations, because some forty splits of several views are
+  // tested. A step that a drift explains nearly as well is rejected.
   constexpr double kSigmas = 6.0;
   constexpr double kLeastGain = 25.0;
   const double frame_s = 1.0 / std::max(1.0, set_up.input.frame_rate_hz);
@@ -202,7 +203,8 @@ std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
   if (best.bin == 0) return std::nullopt;
   jump.jump_s = best.after - best.before;
   jump.sigma_s = best.sigma;
-  // One step falls short: part of the error goes into the states and the loss.
+  // One Gauss-Newton step underestimates the jump, because the states and the
+  // loss absorb part of the error.
   constexpr int kMostSteps = 6;
   for (int round = 0; round < kMostSteps; ++round) {
     const Step left =
@@ -216,7 +218,7 @@ std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
 }
 
 // The detections without the jump: the view's images from index `from` on are
-// shifted by the missing ones.
+// shifted by the number of missing images.
 DetectionSequence WithoutJump(const DetectionSequence& detections,
                               const ClockJump& jump, int64_t from) {
   return FramesMoved(detections, [&](size_t view, int64_t k) -> int64_t {
@@ -240,37 +242,36 @@ Finding FindingOf(const ClockJump& jump, const std::string& camera,
                   int64_t frame, double before_px, double after_px) {
   const int count = std::abs(jump.missing);
   const bool lost = jump.missing > 0;
-  return {
-      "frames",
-      camera,
-      0.9,
-      before_px,
-      after_px,
-      lost ? fmt::format("give its files from about {} on numbers that are {} "
-                         "higher",
-                         frame, count)
-           : fmt::format("take {} pictures out before about frame {}", count,
-                         frame),
-      fmt::format("{} pictures are {} before about frame {}: its clock jumps "
-                  "by {:+.1f} +- {:.1f} ms",
-                  count, lost ? "missing" : "too many", frame,
-                  1e3 * jump.jump_s, 1e3 * jump.sigma_s)};
+  return {"frames",
+          camera,
+          0.9,
+          before_px,
+          after_px,
+          lost ? fmt::format("from about frame {} on, increase the frame "
+                             "numbers of its files by {}",
+                             frame, count)
+               : fmt::format("remove {} images before about frame {}", count,
+                             frame),
+          fmt::format("{} images are {} before about frame {}: its clock jumps "
+                      "by {:+.1f} +- {:.1f} ms",
+                      count, lost ? "missing" : "in excess", frame,
+                      1e3 * jump.jump_s, 1e3 * jump.sigma_s)};
 }
 
 // ---- A camera that was moved ----
 
 struct CameraBreak {
   size_t view = 0;
-  size_t from = 0;  // index of the first frame after it
-  // Agreement with the other views (PairAgreement) on either side, minus that
-  // of the other views among themselves.
+  size_t from = 0;  // index of the first frame after the move
+  // Agreement of the view with the others (PairAgreement), minus the agreement
+  // of the others among themselves, before and after.
   double before = 0.0;
   double after = 0.0;
 
   bool worse_after() const { return after < before; }
 };
 
-// A view's agreement with the others and that of the others among themselves,
+// The agreement of a view with the others, and of the others among themselves,
 // over some frames.
 struct Sides {
   PairAgreement own;
@@ -302,8 +303,8 @@ std::vector<std::vector<Sides>> LookAtFrames(
   return all;
 }
 
-// A view's levels by bins of neighbouring frames; a bin's time is its first
-// examined frame.
+// A view's levels in bins of consecutive frames; a bin's time is the index of
+// its first examined frame.
 LevelBins BinsOf(const std::vector<Sides>& frames, size_t count) {
   LevelBins bins;
   for (size_t b = 0; b < count; ++b) {
@@ -317,7 +318,7 @@ LevelBins BinsOf(const std::vector<Sides>& frames, size_t count) {
   return bins;
 }
 
-// The frame near a step of the bins where the two sides differ most.
+// The frame near a step of the bins at which the two sides differ most.
 size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
                const Step& step) {
   const size_t begin = static_cast<size_t>(bins[step.bin - 1].time_s);
@@ -326,8 +327,8 @@ size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
                          : frames.size();
   const double middle = 0.5 * (step.before + step.after);
   const double sign = step.after < step.before ? 1.0 : -1.0;
-  // Frames before it should be on one side of the mean, those after it on the
-  // other.
+  // The levels of frames before the step should lie on one side of the mean,
+  // those after it on the other.
   double sum = 0.0;
   double most = 0.0;
   size_t best = begin;
@@ -341,17 +342,17 @@ size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
   return best;
 }
 
-// The clearest break, or nullopt: two levels of one view's agreement, frame by
-// frame. With fewer than three views it cannot be attributed to a view. A lost
+// The clearest break, or nullopt: a step in one view's agreement over the
+// frames. With fewer than three views it cannot be attributed to a view. A lost
 // image has the same effect.
 std::optional<CameraBreak> FindCameraBreak(
     const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
     const DetectionSequence& detections) {
-  // People who arrive, leave or hide each other also change the level.
+  // People who arrive, leave or occlude each other also change the level.
   constexpr double kLeastStep = 0.04;
   constexpr double kSigmas = 5.0;
   constexpr int kMostFrames = 400;
-  constexpr double kBinS = 0.5;  // a walker's step
+  constexpr double kBinS = 0.5;  // the duration of a step in walking
   constexpr size_t kMostBins = 40;
   if (cameras.size() < 3 || detections.frames.empty()) return std::nullopt;
   const std::vector<int> frames = FramesToLookAt(ideal, kMostFrames);
@@ -363,7 +364,7 @@ std::optional<CameraBreak> FindCameraBreak(
   std::optional<CameraBreak> found;
   for (size_t v = 0; v < all.size(); ++v) {
     const LevelBins bins = BinsOf(all[v], count);
-    Step best;  // the most significant one
+    Step best;  // the most significant step
     for (const Step& step : StepsOf(bins, 1e-12)) {
       if (best.bin == 0 ||
           step.size() * best.sigma > best.size() * step.sigma) {
@@ -395,7 +396,7 @@ DetectionSequence SideOf(const DetectionSequence& detections, size_t from,
   return part;
 }
 
-// Whether a lag makes the worse side as good as the other: then images were
+// Whether a lag makes the worse side as good as the other. If so, images were
 // lost, which is examined later.
 bool IsLag(const SetUp& set_up, const CameraBreak& found, int worse) {
   constexpr double kNearly = 0.05;  // of agreement
@@ -424,7 +425,7 @@ Diagnosis DiagnosePart(const SetUp& set_up, DetectionSequence part) {
   return Diagnose(input, options);
 }
 
-// Turns a finding on one side into one on the whole recording.
+// Rewrites a finding about one side as a finding about the whole recording.
 Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
   const auto& frames = set_up.detections.frames;
   const int64_t from = frames[found.from].frame;
@@ -438,8 +439,8 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
           ? side + " " + finding.fix
           : "kinegraph doctor INPUTS " + side + " --out=doctor_of_these";
   finding.evidence = fmt::format(
-      "{} about frame {}{}: {}; it was moved in the middle of the recording: "
-      "track the frames before and after apart, the others with {}, these with "
+      "{} about frame {}{}: {}; the camera was moved during the recording: "
+      "track the two parts separately, the other frames with {}, these with "
       "the cameras.json that the fix writes",
       after ? "from" : "before", from, after ? " on" : "", finding.evidence,
       other);
@@ -448,9 +449,9 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
 
 }  // namespace
 
-// A jump is accepted if the matches then fit better and it remains after
-// refining the orientation of the cameras: with people who turn round, a
-// wrongly oriented camera appears late for a while.
+// A jump is accepted if correcting it reduces the residuals of the matches and
+// if it is still found after refining the orientation of the cameras: if people
+// turn round, a wrongly oriented camera appears late for a while.
 std::optional<Answer> AskForJump(const SetUp& set_up) {
   if (!MoveEnough(set_up.segments)) return std::nullopt;
   const auto jump = FindClockJump(set_up);
@@ -472,8 +473,9 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   const int64_t from = IndexAfter(frames, jump->at_s);
   const auto view = static_cast<int>(jump->view);
   const double before_px = set_up.Fit().MeanPx(view);
-  // Whole images are lost: the number near the estimate that fits best. The
-  // estimate tends to be too large, because velocities are estimated with it.
+  // The number of lost images is the integer near the estimate that fits best.
+  // The estimate tends to be too large, because velocities are estimated
+  // together with it.
   const int fewer =
       static_cast<int>(std::floor(jump->jump_s * set_up.input.frame_rate_hz));
   Answer answer;
@@ -499,9 +501,9 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   return answer;
 }
 
-// The two sides of a break are diagnosed separately: what is found for the view
-// on the worse side only is the break. The rest of the diagnosis uses the
-// better side.
+// The two sides of a break are diagnosed separately: a finding about the view
+// that appears on the worse side but not on the other is the break. The rest of
+// the diagnosis uses the better side.
 std::optional<Answer> AskForBreak(const SetUp& set_up) {
   if (!set_up.input.match || !set_up.options.looks_for_break) {
     return std::nullopt;

@@ -20,16 +20,17 @@
 namespace kinegraph {
 namespace {
 
-// Thresholds of a warning. A detector's own bias, averaged over joints and
-// directions, stays within about a centimetre in each contributing view.
+// Thresholds of a warning. A detector's bias, averaged over joints and
+// directions, stays below about a centimetre in each contributing view.
 constexpr double kLeastM = 0.03;
 constexpr int64_t kEnoughPeople = 15;
 constexpr size_t kEnoughInMotion = 60;  // segments
 constexpr double kCertainSigmas = 4.0;
+// Clock errors below this fraction of the largest are not reported.
 constexpr double kOfTheLargest = 0.6;
 
-// Confidence-weighted mean distance [px] of the joints that both have; infinite
-// if there are too few.
+// Confidence-weighted mean distance [px] of the common joints; infinite if
+// there are too few.
 double Distance(const std::vector<std::optional<Eigen::Vector2d>>& projected,
                 const Detection& detection) {
   constexpr int kMinPersonJoints = 6;
@@ -54,8 +55,8 @@ bool InImage(const Camera& camera, const Eigen::Vector2d& px) {
          px.y() <= camera.height_px();
 }
 
-// Where the views alone place a segment; nullopt if fewer than two see it, or
-// if all look from one side, so that depth is uncertain.
+// The state of a segment from its measurements alone; nullopt if fewer than two
+// views see it, or if all see it from one side, so that depth is uncertain.
 std::optional<SegmentState> StateBy(const CameraRig& cameras,
                                     const SceneSegments& segments,
                                     const MotionSegment& segment) {
@@ -77,18 +78,19 @@ std::optional<SegmentState> StateBy(const CameraRig& cameras,
   return state;
 }
 
-// What one view observes minus the prediction of the others, by segment.
+// The measurements of one view minus the prediction of the others, by segment.
 struct Residuals {
-  int64_t tried = 0;  // segments to be placed
+  int64_t tried = 0;  // segments to be predicted
   std::vector<double> x_px;
   std::vector<double> y_px;
-  double px_per_m = 0.0;  // summed
+  double px_per_m = 0.0;  // sum over segments
   // Velocities in the image, and squared velocities in the world [m^2/s^2].
   std::vector<Eigen::Vector2d> px_per_s;
   std::vector<double> squared_mps;
 
-  // `state` from the other views. The velocity is that of all views: it does
-  // not depend on the view's mean error over the segment.
+  // `state` is estimated from the other views. The velocity is taken from the
+  // estimate of all views, because it does not depend on this view's mean error
+  // over the segment.
   void Add(const Camera& camera, const MotionSegment& segment,
            const SegmentState& state,
            const std::vector<SegmentMeasurement>& own, double factor) {
@@ -113,9 +115,9 @@ struct Residuals {
     squared_mps.push_back(px_per_s.back().squaredNorm() / (scale * scale));
   }
 
-  // The lag of the view's images beyond the recorded times, estimated together
-  // with a constant offset, because a person walking in one direction confounds
-  // the two.
+  // Sets the view's offset and the lag of its images relative to the recorded
+  // times. They are estimated together, because a person walking in one
+  // direction confounds the two.
   void Describe(CameraCheck::View* view) const {
     // Slower motion reflects the detector's bias rather than the time.
     constexpr double kLeastSpeedMps = 0.3;
@@ -138,8 +140,8 @@ struct Residuals {
     view->late_s = WeightedMedian(late_s);
     view->late_m = std::abs(view->late_s) *
                    std::sqrt(sum / static_cast<double>(view->in_motion));
-    // Standard error of a median of normal values, from their median distance
-    // from it and the effective number under the weights.
+    // Standard error of the median of normal values, from their median absolute
+    // deviation and their effective number under the weights.
     for (WeightedValue& one : late_s) {
       one.first = std::abs(one.first - view->late_s);
     }
@@ -149,7 +151,7 @@ struct Residuals {
 };
 
 // The detection of a view nearest to a person; null if it is more than half a
-// metre away at their depth: the person was not seen.
+// metre away at the person's depth, i.e. the person was not detected.
 const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
                            const PersonPose& person,
                            const std::vector<int>& track_joint) {
@@ -175,8 +177,8 @@ const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
   return nearest;
 }
 
-// Assigns whatever is near to a person, regardless of the tracker's matches: a
-// camera with errors has few matches.
+// Assigns detections to a person by distance alone, regardless of the tracker's
+// matches, because a camera with errors has few matches.
 FrozenFrame MatchesOf(const CameraRig& cameras, const DetectionFrame& frame,
                       const PersonPose& person,
                       const std::vector<int>& track_joint,
@@ -208,10 +210,10 @@ FrozenFrame MatchesOf(const CameraRig& cameras, const DetectionFrame& frame,
 }
 
 // A camera that contributes to a pose hides part of its own error, so each view
-// is compared with what the others alone predict. A single other view
-// determines no position: of a pair both contribute, and either hides half of
-// the disagreement, across each other's epipolar lines. With many other views
-// only some are used.
+// is compared with the prediction of the others alone. A single other view
+// determines no 3D position: with two views both contribute, and each hides
+// half of the disagreement, perpendicular to the epipolar lines. Of many other
+// views only some are used.
 Residuals ResidualsOf(const CameraRig& cameras, const SceneSegments& segments,
                       size_t view) {
   const bool is_pair = cameras.size() == 2;
@@ -293,11 +295,12 @@ std::vector<CameraCheck::View> CameraCheck::Views(double metre) const {
   for (size_t v = 0; v < cameras.size(); ++v) {
     const Residuals residuals = ResidualsOf(cameras, segments, v);
     View& view = views[v];
-    // Views close together only reproduce their own errors.
+    // Views too close together to predict positions would only reproduce their
+    // own errors.
     const auto count = static_cast<int64_t>(residuals.x_px.size());
     if (2 * count < residuals.tried || count == 0) continue;
     residuals.Describe(&view);
-    // Two views do not determine when people were where.
+    // Two views cannot separate a clock error from a displacement.
     if (cameras.size() == 2) view.in_motion = 0;
   }
   return views;
@@ -307,7 +310,7 @@ std::vector<CameraWarning> CameraCheck::Warnings(double metre) const {
   using Kind = CameraWarning::Kind;
   std::vector<CameraWarning> warnings;
   const std::vector<View> views = Views(metre);
-  double largest_s = 0.0;  // of certain clock errors
+  double largest_s = 0.0;  // the largest significant clock error
   for (const View& view : views) {
     if (!IsCertain(view)) continue;
     largest_s = std::max(largest_s, std::abs(view.late_s));
@@ -318,8 +321,9 @@ std::vector<CameraWarning> CameraCheck::Warnings(double metre) const {
     if (HardlyAny(view.seen, view.people)) {
       warnings.push_back(
           {Kind::kHardlySeen,
-           fmt::format("{} sees {} of {} people where the others put them",
-                       name, view.seen, view.people)});
+           fmt::format(
+               "{} sees {} of {} people where the other views place them", name,
+               view.seen, view.people)});
       continue;
     }
     if (view.people < kEnoughPeople) continue;
@@ -328,15 +332,15 @@ std::vector<CameraWarning> CameraCheck::Warnings(double metre) const {
       warnings.push_back(
           {Kind::kElsewhere,
            fmt::format(
-               "{} sees people {:.1f} px from where the others put them", name,
-               shift_px)});
+               "{} sees people {:.1f} px from where the other views place them",
+               name, shift_px)});
     }
     // One wrong clock makes the others appear wrong, to a lesser extent.
     if (IsCertain(view) && view.late_m >= kLeastM &&
         std::abs(view.late_s) > kOfTheLargest * largest_s) {
       warnings.push_back(
           {Kind::kOffBeat,
-           fmt::format("{} sees people about {:.0f} ms {} than the others",
+           fmt::format("{} sees people about {:.0f} ms {} than the other views",
                        name, 1e3 * std::abs(view.late_s),
                        view.late_s > 0.0 ? "later" : "earlier")});
     }

@@ -1,6 +1,6 @@
-// A cheap check of a finished run: does each camera see people where, and when,
-// the others do? Used for warnings at the end of `track`; the doctor examines
-// more.
+// A cheap check of a finished run: whether each camera sees people where, and
+// when, the other cameras do. Used for warnings at the end of `track`; the
+// doctor examines more.
 #ifndef KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_
 #define KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_
 
@@ -19,9 +19,9 @@ namespace kinegraph {
 // A camera with a problem, and a sentence that describes it.
 struct CameraWarning {
   enum class Kind {
-    kHardlySeen,  // people are hardly detected where the others place them
-    kElsewhere,   // people are detected beside where the others place them
-    kOffBeat,     // they appear as if images were taken earlier or later
+    kHardlySeen,  // few people are detected where the other views place them
+    kElsewhere,   // people are detected at an offset from these places
+    kOffBeat,     // images appear to have been captured earlier or later
   };
   Kind kind;
   std::string text;
@@ -29,32 +29,31 @@ struct CameraWarning {
 
 class CameraCheck {
  public:
-  // Cameras in view order; skeletons of detections and tracks.
+  // `cameras` in view order; the skeletons of the detections and of the tracks.
   CameraCheck(CameraRig cameras, const Skeleton& detections,
               const Skeleton& tracks);
 
-  // Takes a frame and the tracks written for it, in ascending order. Keeps
-  // bursts of frames spread evenly over the recording; their number does not
-  // depend on its length.
+  // Adds a frame and the tracks written for it; frames must be in ascending
+  // order. Keeps short bursts of frames, spread evenly over the recording;
+  // their number does not depend on its length.
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
   struct View {
     int64_t people = 0;  // written people within the view's image
-    int64_t seen = 0;    // of these, with a detection nearby
-    // Detection minus the projection of the other views' estimate; with two
-    // views only, across the epipolar line of the other. Medians.
+    int64_t seen = 0;    // of these, people with a detection nearby
+    // Median of the detections minus the projections of the other views'
+    // estimate; with only two views, perpendicular to the epipolar line.
     double x_px = 0.0;
     double y_px = 0.0;
     double px_per_m = 0.0;  // at the people's depth; 0: unknown
     size_t in_motion = 0;   // segments of joints
-    double late_s = 0.0;    // beyond the recorded times
+    double late_s = 0.0;    // lag relative to the recorded times
     double late_sigma_s = 0.0;
-    double late_m = 0.0;  // the displacement this causes where joints move
+    double late_m = 0.0;  // RMS displacement of moving joints in this time
   };
-  // With lengths in units of `metre` (SubjectScale).
+  // `metre`: one metre in the unit of the cameras' lengths (SubjectScale).
   std::vector<View> Views(double metre = 1.0) const;
-  // For each camera with a problem; empty if there are none or too little was
-  // seen.
+  // One warning per problem; empty if there are none or too little was seen.
   std::vector<CameraWarning> Warnings(double metre = 1.0) const;
 
  private:

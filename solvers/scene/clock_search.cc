@@ -9,27 +9,28 @@
 namespace kinegraph {
 namespace {
 
-// Minimum gain in agreement (of 1) from a lag: people who stand still agree at
-// almost any lag.
+// Minimum gain in agreement (0 to 1) from a lag: people who stand still agree
+// at almost any lag.
 constexpr double kMinClockGain = 0.04;
 constexpr int kFramesToCompare = 30;
-// Standard deviation of one pair's gain; the best of many lags appears better
+// Standard deviation of one pair's gain. The best of many lags appears better
 // than it is by about three standard errors of the mean.
 constexpr double kGainSpread = 0.3;
 constexpr double kBestOfMany = 3.0;
-// Where people are matched, the right clocks bring them clearly nearer to each
-// other's epipolar lines: by at least 27 % on takes 100 to 400 ms apart, even
-// with 8 px of noise. Misoriented cameras also gain some agreement from one lag
-// or another, and 7 % of the distance.
+// Maximum ratio of the distances from epipolar lines after and before. The
+// right lags reduce the distances of matched people by at least 27 % in
+// recordings whose clocks differ by 100 to 400 ms, even with 8 px of noise.
+// With misoriented cameras some lag also increases the agreement, but reduces
+// the distances by only 7 %.
 constexpr double kCloser = 0.85;
-// One of five views, three frames late at 25 Hz, among the pairs that it
-// belongs to: 10 to 28 % where some people stand still and errors are 8 px;
-// with misoriented cameras no lag exceeds 8 %. Verified on more frames than the
-// search used.
+// The same for single views, over the pairs with this view: for one of five
+// views that is three frames late at 25 Hz, the reduction is 10 to 28 % if some
+// people stand still and errors are 8 px; with misoriented cameras no lag
+// exceeds 8 %. Verified on more frames than the search uses.
 constexpr double kOneCloser = 0.91;
 constexpr int kFramesToJudge = 120;
-// Comparisons of two people; about two seconds. Where two frames take more,
-// lags are tried in larger steps.
+// Maximum number of comparisons of two people, about two seconds. If even two
+// frames need more, lags are tried in larger steps.
 constexpr double kMostComparisons = 6e7;
 
 bool IsWorthIt(const AgreementGain& gain, double closer) {
@@ -39,8 +40,8 @@ bool IsWorthIt(const AgreementGain& gain, double closer) {
          gain.gain() > std::max(kMinClockGain, chance);
 }
 
-// Lags of the views by the agreement of each pair at lags of -max .. max, in
-// steps.
+// Finds the lags of the views from the agreement of each pair at lags of -max
+// .. max, in steps.
 class LagSearch {
  public:
   LagSearch(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
@@ -59,9 +60,9 @@ class LagSearch {
     }
   }
 
-  // Takes up to eight views in turn as the reference: the best lag of each
-  // other view on its path to it, then of each view against all others until
-  // nothing changes.
+  // With each of up to eight views as the reference: chooses the best lag of
+  // each other view relative to the next view on its path to the reference,
+  // then improves each view's lag relative to all others until nothing changes.
   std::vector<int> BestLags() const {
     constexpr size_t kMostMiddles = 8;
     const size_t middles = std::min(views_, kMostMiddles);
@@ -94,10 +95,11 @@ class LagSearch {
     return best;
   }
 
-  // Lags of fewer than half of the views, each against all others as they are,
-  // the largest gain first: a small total effect over all views.
+  // Finds lags of fewer than half of the views, each relative to all others at
+  // their current lags, the largest gain first: their effect on the agreement
+  // of all views may be small.
   std::vector<int> LagsOfFew() const {
-    // Each pair of views before and after, in both directions.
+    // Each pair of views is compared before and after, in both directions.
     const std::vector<int> frames = FramesToLookAt(ideal_, kFramesToJudge, 4);
     std::vector<int> lags(views_, 0);
     for (size_t found = 0; 2 * (found + 1) < views_; ++found) {
@@ -121,7 +123,7 @@ class LagSearch {
     return lags;
   }
 
-  // Over the pairs of views whose marks differ.
+  // Agreement over the pairs of views whose marks differ.
   PairAgreement Agreement(const std::vector<int>& lags,
                           const std::vector<int>& frames,
                           const std::vector<int>& marks) const {
@@ -151,7 +153,8 @@ class LagSearch {
     return !scores_[std::min(a, b) * views_ + std::max(a, b)].empty();
   }
 
-  // With the other views at their lags; unchanged if nothing is better.
+  // Best lag of view v with the other views at `lags`; unchanged if none is
+  // better.
   int BestLagOf(size_t v, const std::vector<int>& lags) const {
     const auto score_at = [&](int lag) {
       double score = 0.0;
@@ -220,8 +223,8 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   if (views < 2) return search;
   const auto count = static_cast<int>(ideal[0].frames.size());
   const int reach = std::min(max_lag, count / 3);
-  // People hardly move in three frames of a fast camera, or in a twentieth of a
-  // second.
+  // At high frame rates lags are tried in steps of three frames or a twentieth
+  // of a second, in which people hardly move.
   int step = max_lag > 300 ? std::max(3, max_lag / 200) : 1;
   const int lags_tried = 2 * reach / step + 1;
   const std::vector<int> searched =

@@ -1,5 +1,5 @@
-// Whole-frame differences of the views' clocks, from people's motion: the views
-// agree best when each shows the same moment.
+// Estimates the offsets between the views' clocks in whole frames from people's
+// motion: the views agree best when all show the same instant.
 #ifndef KINEGRAPH_SOLVERS_SCENE_CLOCK_SEARCH_H_
 #define KINEGRAPH_SOLVERS_SCENE_CLOCK_SEARCH_H_
 
@@ -21,14 +21,14 @@ struct ClockSearch {
   bool found() const;
 };
 
-// Lags up to `max_lag` frames and a third of the recording. `ideal` holds ideal
-// pixels of the cameras.
+// Searches lags of up to `max_lag` frames and a third of the recording. `ideal`
+// holds ideal pixels of the cameras.
 ClockSearch SearchClocks(const CameraRig& cameras,
                          const std::vector<ViewPeople>& ideal, int max_lag);
 
-// The detections with each view's frames shifted by its lag, so that a frame
-// shows one moment. Times stay those of the frames; where a view lacks the
-// frame, it has no detections.
+// The detections with each view's frames shifted by its lag, so that each frame
+// shows one instant. Frame times are unchanged; a view that lacks the shifted
+// frame has no detections.
 DetectionSequence Realigned(const DetectionSequence& detections,
                             const std::vector<int>& lag_frames);
 

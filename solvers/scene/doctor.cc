@@ -49,8 +49,8 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
 
 void SetUp::Look() {
   // Approximate number of comparisons of each pair of views, which bounds the
-  // frames examined; the search for readings needs most, as it gives either
-  // view each of the cameras.
+  // number of examined frames; the search for readings needs most of them,
+  // because it tries every camera for either view.
   const int looks = 25 + 2 * static_cast<int>(cameras.size());
   raw = PeopleOfViews(detections);
   frames = FramesToLookAt(raw, options.frames_to_look_at, looks);
@@ -148,13 +148,12 @@ class Doctor {
   void AskThoseThatCompete() {
     constexpr int kMostChanges = 3;
     Note(
-        fmt::format("people seen by two views agree to {:.2f} of 1 as the "
-                    "calibration is read ({:.1f} px from each other's epipolar "
-                    "lines)",
+        fmt::format("with the calibration as read, the views agree to {:.2f} "
+                    "of 1 ({:.1f} px from the epipolar lines)",
                     set_up_.agreement.score(), set_up_.agreement.mean_px()));
     std::vector<Hypothesis> asked = Hypotheses();
     while (set_up_.readings_changed < kMostChanges) {
-      std::optional<Answer> best;  // the first of equal ones
+      std::optional<Answer> best;  // the first of equal answers
       Hypothesis* of_best = nullptr;
       for (Hypothesis& one : asked) {
         std::optional<Answer> answer;
@@ -179,21 +178,21 @@ class Doctor {
     constexpr size_t kEnough = 100;
     if (set_up_.segments.segments.size() < kEnough) {
       Note(
-          "too few people are matched between views to look at single "
-          "cameras and clocks: a longer recording can decide");
+          "too few people are matched between views to examine individual "
+          "cameras and clocks: a longer recording is needed");
       return false;
     }
     Ask(Stage::kJumps);
     Note(fmt::format(
-        "matched joints lie {:.2f} px from their best place in 3D (mean, "
-        "capped at 30 px), {} stretches of a fifth of a second",
+        "matched joints lie {:.2f} px from their best-fitting position in 3D "
+        "(mean, capped at 30 px), in {} motion segments of 0.2 s",
         set_up_.Fit().MeanPx(), set_up_.segments.segments.size()));
     Ask(Stage::kMatches);
     return true;
   }
 
-  // Changes exactly what the answer specifies; observations that depend on it
-  // are recomputed.
+  // Applies exactly the changes of the answer and recomputes the observations
+  // that depend on them.
   void Take(Answer answer, Stage stage) {
     std::move(answer.findings.begin(), answer.findings.end(),
               std::back_inserter(diagnosis_.findings));
@@ -221,7 +220,7 @@ class Doctor {
     }
   }
 
-  // The verdict is `otherwise` if no fault was found.
+  // The finished diagnosis; its verdict is `otherwise` if no fault was found.
   Diagnosis Closed(DoctorVerdict otherwise) {
     diagnosis_.cameras = set_up_.NamedCameras();
     const bool suspect =

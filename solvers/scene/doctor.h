@@ -1,9 +1,9 @@
 // Finds what is wrong with a calibration and the clocks of a recording, from
 // calibration and 2D detections alone, and with what confidence.
 //
-// First without tracking: which reading of the file makes the views agree, and
-// which lags. Then with the tracker's matches under that reading: single
-// cameras, lenses, clocks to a fraction of a frame.
+// First, without tracking, searches the reading of the files and the lags under
+// which the views agree; then, with the tracker's matches under that reading,
+// examines individual cameras, lenses, and clocks to a fraction of a frame.
 #ifndef KINEGRAPH_SOLVERS_SCENE_DOCTOR_H_
 #define KINEGRAPH_SOLVERS_SCENE_DOCTOR_H_
 
@@ -32,7 +32,7 @@ struct DoctorInput {
   // whether cameras.unit may change that.
   double units_per_metre = 1.0;
   bool unit_can_be_set = true;
-  bool independent_frames = false;  // nothing between two frames is motion
+  bool independent_frames = false;  // frames are unrelated in time
   // Tracks detections with cameras and freezes the matches.
   std::function<FrozenMatches(const CameraRig&, const DetectionSequence&)>
       match;
@@ -41,7 +41,7 @@ struct DoctorInput {
 struct DoctorOptions {
   int frames_to_look_at = kFramesToLookAt;
   double longest_lag_s = kLongestLagS;
-  // For a camera that was moved during the recording.
+  // Whether to search for a camera that was moved during the recording.
   bool looks_for_break = true;
   BundleOptions bundle;
 
@@ -53,7 +53,7 @@ struct DoctorOptions {
 
 struct Finding {
   std::string kind;         // "unit", "convention", "lens", "shift", ...
-  std::string camera;       // the view's camera; empty: all of them
+  std::string camera;       // the view's camera; empty: all cameras
   double confidence = 0.0;  // 0 .. 1; divided among findings that fit equally
   double before_px = 0.0;   // residual with the calibration as read
   double after_px = 0.0;    // with the fix
@@ -63,9 +63,9 @@ struct Finding {
   bool significant = true;
 };
 
-// Placeholders in fixes: RECORDING stands for the recording's files, INPUTS for
-// these and the configuration; commands replace them (NameInputs). For the
-// first, the command that writes cameras.json fills in its path.
+// In fixes, RECORDING stands for the recording's files and INPUTS for these and
+// the configuration; commands replace both (NameInputs). In kUseCorrected, the
+// command that writes cameras.json fills in its path.
 inline constexpr char kUseCorrected[] = "--cameras=cameras.json of this report";
 inline constexpr char kLookCloser[] = "kinegraph doctor INPUTS --out=doctor";
 inline constexpr char kRefineClocks[] = "--set=cameras.refine_clock=true";

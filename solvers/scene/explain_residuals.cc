@@ -1,4 +1,5 @@
-// Which single cameras and clocks explain the residuals of the matches.
+// Finds the individual cameras and clocks whose errors explain the residuals of
+// the matches.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,17 +16,21 @@
 namespace kinegraph {
 namespace {
 
-// As a share of a subject's size, 1.7 m for a person. Lasting offsets of
-// detectors are 10 to 39 mm in the median, 30 to 86 at 90 %.
-constexpr double kLeastBias = 0.007;  // mean over joints
-constexpr double kUsualBias = 0.015;  // of one joint
-constexpr double kBeyondBias = 0.09;  // exceeds that of any joint
-constexpr double kApart = 0.2;        // share of positions
-// Standard deviations of the mean bias over joints and people.
+// Fractions of the subject's size (1.7 m for a person). Persistent biases of
+// detectors by joint: medians of 10 to 39 mm, 90th percentiles of 30 to 86 mm.
+constexpr double kLeastBias = 0.007;  // of the mean over joints
+constexpr double kUsualBias = 0.015;  // typical of one joint
+constexpr double kBeyondBias = 0.09;  // exceeds the bias of any joint
+// Spread of the positions above which people count as walking.
+constexpr double kWalkingSpread = 0.2;
+// Significance threshold in standard deviations of the bias averaged over
+// joints and people.
 constexpr double kBiasSigmas = 3.0;
-constexpr double kLeastExplained = 0.4;  // of the lasting error
-constexpr double kWorthATry = 0.2;       // of the lasting error
-constexpr double kInsignificant = 0.3;   // confidence of such findings
+// Fractions of the persistent error that a change must explain, and that it
+// must remove for a view to be cross-validated.
+constexpr double kLeastExplained = 0.4;
+constexpr double kLeastRemoved = 0.2;
+constexpr double kInsignificantConfidence = 0.3;
 constexpr char kWithinStated[] =
     "; this is within the stated uncertainty of the calibration";
 
@@ -84,8 +89,8 @@ class Explainer {
     std::stable_sort(explanations.begin(), explanations.end(), fits_better);
     const auto likely =
         std::min_element(doubtful.begin(), doubtful.end(), fits_better);
-    // Reported once, for the candidate that would explain most; if that one is
-    // uncertain, so are those that explain less.
+    // Reported once, for the candidate that would explain most; if it is
+    // uncertain, so are the candidates that explain less.
     if (likely != doubtful.end() &&
         (explanations.empty() || fits_better(*likely, explanations.front()))) {
       if (!mentioned_) AddExplanation(*likely, 1);
@@ -94,7 +99,8 @@ class Explainer {
     }
     if (explanations.empty()) return false;
     const FitGain& best = explanations.front().gain.all;
-    // Within a tenth of the gain they fit equally well.
+    // Models whose residuals differ by less than a tenth of the best gain count
+    // as equally good.
     constexpr double kEqual = 0.1;
     const double limit_px =
         best.after_px + kEqual * (best.before_px - best.after_px);
@@ -130,7 +136,7 @@ class Explainer {
       return free;
     };
     std::vector<Model> models;
-    // Fewer than three images per segment determine no speed.
+    // A velocity needs at least three images per segment.
     const bool has_speeds = segments_.frame_s <= 0.5 * options_.segments.span_s;
     if (!clocks_done_ && has_speeds && MoveEnough(segments_)) {
       models.push_back({"clock", ClockParametersOf(segments_.span_s)});
@@ -146,7 +152,7 @@ class Explainer {
 
   struct Explanation {
     Model model;
-    CrossedGain gain;  // on the other half of the recording
+    CrossedGain gain;  // on the held-out half of the recording
     BundleResult fit;
     std::vector<char> moves;  // the views found to be wrong
     // Why it cannot be distinguished from the detector's bias; empty if it can.
@@ -155,8 +161,8 @@ class Explainer {
 
   static bool IsClock(const Model& model) { return model.kind == "clock"; }
 
-  // An apparent clock error that is noise only shows at its limit, far from the
-  // usual range.
+  // A spurious clock error is recognised only at convergence, where it lies far
+  // outside the plausible range, so clocks get the full number of iterations.
   BundleOptions OptionsOf(const Model& model) const {
     BundleOptions options = options_;
     if (IsClock(model)) options.max_iterations = BundleOptions().max_iterations;
@@ -187,7 +193,7 @@ class Explainer {
     return IsClock(model) ? Clock(std::move(one)) : Cameras(std::move(one));
   }
 
-  // Keeps those of the views for which `holds`; false: none.
+  // Unflags the views for which `holds` is false; returns whether any remain.
   template <typename Holds>
   static bool Keep(std::vector<char>* views, const Holds& holds) {
     for (size_t v = 0; v < views->size(); ++v) {
@@ -196,8 +202,9 @@ class Explainer {
     return std::count(views->begin(), views->end(), 1) > 0;
   }
 
-  // A view is late if it remains so when cameras may rotate freely: with people
-  // who turn round, a wrong camera resembles a clock error.
+  // A view counts as late only if it remains late when cameras may rotate
+  // freely: if people turn round, a wrongly oriented camera resembles a clock
+  // error.
   std::optional<Explanation> Clock(Explanation one) const {
     const auto is_late = [&](const BundleResult& fit) {
       return [this, &fit](size_t v) {
@@ -209,8 +216,8 @@ class Explainer {
     beside.free.rotation = true;
     if (!Keep(&one.moves, is_late(Fit(beside, {})))) return std::nullopt;
     one.gain = Cross(Halving::kTime, one.model, {});
-    // Some of the late views must gain: a person walking in one direction
-    // confounds lag and bias.
+    // Some of the late views must gain, because a person walking in one
+    // direction confounds lag and bias.
     constexpr double kLeastOfLate = 0.1;
     std::vector<char> gaining = one.moves;
     const bool holds = one.gain.all.certain() &&
@@ -242,9 +249,10 @@ class Explainer {
     };
     const FitError before = fit_of(changes_);
     const FitError after = fit_of(one.fit.changes);
-    // Splits of the other half never give more gain than the fit itself.
+    // Cross-validation cannot gain more than the fit to all data, so views that
+    // gain little here are not cross-validated.
     if (!Keep(&one.moves, [&](size_t v) {
-          return after.LastingM(v) < (1.0 - kWorthATry) * before.LastingM(v);
+          return after.LastingM(v) < (1.0 - kLeastRemoved) * before.LastingM(v);
         })) {
       return std::nullopt;
     }
@@ -263,8 +271,9 @@ class Explainer {
     return BeatsBias(std::move(one), tried, joints);
   }
 
-  // Lens terms that were omitted are alike in all cameras of one model, unlike
-  // detector biases: their spread is at most a quarter of the mean.
+  // Whether lens terms were omitted in all cameras: these terms, unlike
+  // detector biases, are similar in all cameras of one model, with a standard
+  // deviation below a quarter of the mean.
   bool BendAlike(const BundleResult& fit) const {
     constexpr double kAlike = 0.25;
     const auto count = static_cast<Eigen::Index>(changes_.size());
@@ -283,13 +292,14 @@ class Explainer {
 
   // Each joint has its own bias in each view throughout a recording
   // (docs/doctor.md): a change of a camera must explain more than that, at
-  // joints, times and positions to which it was not fitted. Returns the views
-  // for which it does; if there are none, those that appeared to, with the
-  // doubt.
+  // joints, times and positions to which it was not fitted. Returns the
+  // explanation for the views for which it does; if there are none, for all
+  // candidates, with the doubt.
   Explanation BeatsBias(Explanation one, const std::vector<char>& tried,
                         const CrossedGain& joints) const {
     std::vector<CrossedGain> gains = {one.gain, joints};
-    const bool people_walk = PlacesApart(segments_) > kApart * subject_m_;
+    const bool people_walk =
+        PlacesApart(segments_) > kWalkingSpread * subject_m_;
     if (people_walk) gains.push_back(Cross(Halving::kPlaces, one.model, tried));
     const bool bias_averages_out = people_walk && !OneClassDecides();
     std::vector<char> significant(tried.size(), 0);
@@ -311,34 +321,35 @@ class Explainer {
       if (!significant[v] && doubt.empty()) {
         doubt = moved_m > needed_m[v]
                     ? fmt::format(
-                          "it explains {:.0f} % of what lasts at joints, "
-                          "times and places that were left out",
+                          "it explains only {:.0f} % of the persistent "
+                          "residual at held-out joints, times and positions",
                           100.0 * std::max(0.0, explained))
                 : !people_walk      ? "people stay in one place"
-                : OneClassDecides() ? "one kind of joints alone speaks"
-                                    : "detectors are off by as much";
+                : OneClassDecides() ? "the evidence comes from one group of "
+                                      "joints only (legs or upper body)"
+                                    : "detector bias alone could be as large";
       }
     }
     if (std::count(significant.begin(), significant.end(), 1) == 0) {
       one.doubt = doubt;
       return one;
     }
-    // A camera that compensated for others' faults needs no change once these
-    // are corrected.
+    // A camera that compensated for faults of other cameras needs no change
+    // once these are corrected.
     do {
       one.moves = significant;
       const BundleResult again = Fit(one.model, significant);
       if (again.usable) one.fit = again;
       if (!Keep(&significant,
                 [&](size_t v) { return MovedM(v, one.fit) > needed_m[v]; })) {
-        one.doubt = "detectors are off by as much";
+        one.doubt = "detector bias alone could be as large";
         break;
       }
     } while (significant != one.moves);
     return one;
   }
 
-  // Share of the segments that belong to hips and legs.
+  // Fraction of the segments that belong to hips and legs.
   double LowerShare() const {
     const double all = static_cast<double>(segments_.segments.size());
     const SceneSegments lower = HalfOf(segments_, Halving::kBody, 0);
@@ -349,7 +360,8 @@ class Explainer {
     const double lower = LowerShare();
     return lower > kLeast && lower < 1.0 - kLeast;
   }
-  // Without joint classes, each joint is treated as its own class.
+  // Whether only legs, or only the rest of the body, are seen. False for
+  // skeletons without hip joints, which have no joint classes.
   bool OneClassDecides() const {
     const auto& classes = segments_.classes;
     return !HasBoth() &&
@@ -357,8 +369,8 @@ class Explainer {
                        [](JointClass one) { return one == JointClass::kHip; });
   }
 
-  // Number of independent biases of a view: classes of joints, times a few
-  // people.
+  // Number of independent biases of a view: joint classes, times people, at
+  // most three.
   double CellCount(size_t view) const {
     std::set<int> classes;
     std::map<int, int> people;
@@ -375,8 +387,8 @@ class Explainer {
            std::min<double>(kMost, static_cast<double>(people.size()));
   }
 
-  // Displacement of the view's observations by a fit's change, at their depth
-  // [m]: root mean square.
+  // RMS displacement of the view's observations by a fit's change, at their
+  // depth [m].
   double MovedM(size_t view, const BundleResult& fit) const {
     const CameraChange change = fit.changes[view] - changes_[view];
     const Camera& camera = cameras_[view];
@@ -405,7 +417,7 @@ class Explainer {
       finding.significant =
           one.doubt.empty() && !IsStated(v, change - changes_[v]);
       finding.confidence =
-          finding.significant ? Shared(0.95, alike) : kInsignificant;
+          finding.significant ? Shared(0.95, alike) : kInsignificantConfidence;
       finding.before_px = one.gain.views[v].before_px;
       finding.after_px = one.gain.views[v].after_px;
       if (!IsClock(one.model)) {
@@ -417,8 +429,8 @@ class Explainer {
               "; this cannot be distinguished from the detector's bias: " +
               one.doubt;
           finding.fix =
-              "record a person who walks through the whole room, or a board, "
-              "and look again";
+              "record a person walking through the whole room, or a "
+              "calibration board, and run `kinegraph doctor` again";
         } else if (!finding.significant) {
           finding.evidence += kWithinStated;
         }
@@ -433,12 +445,12 @@ class Explainer {
         finding.evidence =
             place == kOffsetAt
                 ? fmt::format(
-                      "its images were captured {:+.1f} ms from the stated "
-                      "time, against the usual of all views",
+                      "its images were captured {:+.1f} ms from their "
+                      "timestamps, relative to the median over all views",
                       1e3 * late)
                 : fmt::format(
-                      "it runs {:+.0f} ppm against the usual of all views, "
-                      "{:+.0f} ms over the recording",
+                      "its clock drifts by {:+.0f} ppm relative to the median "
+                      "over all views, {:+.0f} ms over the recording",
                       1e6 * late, 1e3 * late * segments_.span_s);
         if (!finding.significant) finding.evidence += kWithinStated;
         findings_.push_back(finding);
@@ -464,21 +476,25 @@ class Explainer {
   static std::string Words(const std::string& kind,
                            const CameraChange& change) {
     if (kind == "shift") {
-      return fmt::format("its image fits moved by ({:+.1f}, {:+.1f}) px",
-                         change[kShiftAt], change[kShiftAt + 1]);
+      return fmt::format(
+          "the data fit better with its principal point shifted by ({:+.1f}, "
+          "{:+.1f}) px",
+          change[kShiftAt], change[kShiftAt + 1]);
     }
     if (kind == "rotation") {
-      return fmt::format("it fits turned by {:.2f} degrees",
-                         kDegPerRad * change.segment<3>(kRotationAt).norm());
+      return fmt::format(
+          "the data fit better with the camera rotated by {:.2f} degrees",
+          kDegPerRad * change.segment<3>(kRotationAt).norm());
     }
     if (kind == "lens") {
       return fmt::format(
-          "its image fits with {:+.3f} more of the lens term k1: lens terms "
-          "may be missing or another lens's",
+          "the data fit better with k1 changed by {:+.3f}: distortion "
+          "coefficients may be missing or belong to another lens",
           change[kLensAt]);
     }
-    return fmt::format("its focal length fits multiplied by {:.4f}",
-                       std::exp(change[kFocalAt]));
+    return fmt::format(
+        "the data fit better with its focal length multiplied by {:.4f}",
+        std::exp(change[kFocalAt]));
   }
 
   const SetUp& set_up_;
@@ -510,7 +526,7 @@ std::optional<Answer> AskResiduals(const SetUp& set_up) {
   Answer answer;
   answer.findings = explainer.findings();
   answer.cameras = RefinedCameras(set_up.cameras, explainer.changes());
-  answer.segments = set_up.segments;  // no longer examined
+  answer.segments = set_up.segments;  // the last stage: no new matches needed
   return answer;
 }
 

@@ -1,4 +1,4 @@
-// The list of hypotheses, and the short ones.
+// The list of hypotheses, and those that need little code.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,13 +34,13 @@ std::optional<Answer> AskForGaps(const SetUp& set_up) {
   return AnswerWith(
       {"frame_rate", "", gap_s > kLongestGapS ? 0.95 : 0.5, 0.0, 0.0,
        "--set=input.independent_frames=true",
-       fmt::format("{:.3g} s lie between two frames: people cannot be followed "
-                   "over that gap, unless input.frame_rate is wrong",
+       fmt::format("frames are {:.3g} s apart: people cannot be followed over "
+                   "such gaps, unless input.frame_rate is wrong",
                    gap_s)});
 }
 
-// Share of the joints that differ between the two images; nullopt if they show
-// different people.
+// Fraction of the joints that differ between the two images; nullopt if these
+// show different numbers of people.
 std::optional<double> ChangedShare(const ViewDetections& a,
                                    const ViewDetections& b) {
   if (a.detections.empty() || a.detections.size() != b.detections.size()) {
@@ -62,9 +62,9 @@ std::optional<double> ChangedShare(const ViewDetections& a,
   return changed / all;
 }
 
-// Duplicated images: detections are identical to the last digit. With integer
-// pixels and people standing still this happens by chance, so the image before
-// must have differed in nearly every joint.
+// Duplicated images have detections that are identical to the last digit. With
+// integer pixels and people standing still this also happens by chance, so
+// nearly every joint must have moved in the previous change.
 std::optional<Finding> RepeatsOf(const SetUp& set_up, size_t view) {
   const std::vector<DetectionFrame>& frames = set_up.input.detections.frames;
   constexpr double kMoving = 0.8;
@@ -95,10 +95,10 @@ std::optional<Finding> RepeatsOf(const SetUp& set_up, size_t view) {
       0.9,
       0.0,
       0.0,
-      "take the repeated pictures out, or give the view's own rate "
+      "remove the repeated images, or set the view's own rate "
       "(input.view_frame_rate)",
       fmt::format(
-          "{} of {} pictures repeat the one before, the first in frame {}",
+          "{} of {} images repeat the previous one, the first in frame {}",
           repeats, pairs, first)};
 }
 
@@ -112,7 +112,7 @@ std::optional<Answer> AskForRepeats(const SetUp& set_up) {
   return answer;
 }
 
-// Frames in which a view has detections.
+// The range of frames in which a view has detections.
 struct ShownFrames {
   int64_t first = 0;
   int64_t last = -1;
@@ -135,8 +135,8 @@ std::vector<ShownFrames> FramesShown(const DetectionSequence& detections) {
 }
 
 // What to subtract from each view's frame numbers so that all views have common
-// frames: zero except for views without a common frame with the view that
-// overlaps most others (the first of equal ones).
+// frames: zero, except for views that share no frame with the view that
+// overlaps most others (the first such view).
 std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
   const ShownFrames* reference = nullptr;
   std::ptrdiff_t most = 0;
@@ -165,7 +165,7 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
         return IndexOfFrame(detections,
                             detections.frames[k].frame + offsets[v]);
       });
-  // The others are aligned with the frames of the unchanged views.
+  // Frames from which all detections were moved away.
   const auto is_empty = [](const DetectionFrame& frame) {
     return std::all_of(
         frame.views.begin(), frame.views.end(),
@@ -202,13 +202,13 @@ std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
   Answer answer;
   for (size_t v = 0; v < shown.size(); ++v) {
     if (offsets[v] == 0) continue;
-    answer.findings.push_back(
-        {"frame_range", set_up.CameraName(v), 0.95, 0.0, 0.0,
-         "'--set=" + keys + "'",
-         "it shares no frame with the others:" + range(v) + " against" +
-             others +
-             "; where they begin together its numbers are too high by " +
-             std::to_string(offsets[v])});
+    answer.findings.push_back({"frame_range", set_up.CameraName(v), 0.95, 0.0,
+                               0.0, "'--set=" + keys + "'",
+                               "it shares no frame with the others:" +
+                                   range(v) + " against" + others +
+                                   "; if all views begin together, its frame "
+                                   "numbers are too high by " +
+                                   std::to_string(offsets[v])});
   }
   answer.detections = WithFrameOffsets(set_up.detections, offsets);
   return answer;
@@ -216,9 +216,9 @@ std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
 
 // ---- Views with one calibration ----
 
-// The view that agrees less with the others has another camera's calibration.
-// It is excluded from the following questions, which would otherwise compensate
-// with a clock or a rotation.
+// Two views with the same calibration: the view that agrees less with the
+// others has the other's calibration. It is excluded from the hypotheses that
+// follow, which would otherwise compensate with a clock or a rotation.
 std::optional<Answer> AskForTwins(const SetUp& set_up) {
   const auto alike = [&](size_t a, size_t b) {
     const Camera& one = set_up.cameras[a];
@@ -234,15 +234,15 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
       const double score_a = set_up.WithOthers(a).score();
       const double score_b = set_up.WithOthers(b).score();
       const size_t wrong = score_a < score_b ? a : b;
-      Answer answer = AnswerWith(
-          {"never_matched", set_up.CameraName(wrong), 0.9, 0.0, 0.0,
-           "--without_cameras=" + set_up.CameraName(wrong),
-           "its calibration equals that of " +
-               set_up.CameraName(wrong == a ? b : a) +
-               fmt::format(
-                   ", and it agrees to {:.2f} with the other views instead of "
-                   "{:.2f}",
-                   std::min(score_a, score_b), std::max(score_a, score_b))});
+      Answer answer =
+          AnswerWith({"never_matched", set_up.CameraName(wrong), 0.9, 0.0, 0.0,
+                      "--without_cameras=" + set_up.CameraName(wrong),
+                      "its calibration equals that of " +
+                          set_up.CameraName(wrong == a ? b : a) +
+                          fmt::format(", and its agreement with the other "
+                                      "views is {:.2f} instead of {:.2f}",
+                                      std::min(score_a, score_b),
+                                      std::max(score_a, score_b))});
       answer.strangers = {wrong};
       return answer;
     }
@@ -252,8 +252,8 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
 
 // ---- Clocks, which compete with readings ----
 
-// The lag with the least sum of distances to the others: the clock of most
-// views; of equal ones the first view's.
+// The median lag, which has the least sum of distances to the others; if it is
+// not unique, the first.
 int UsualLag(const std::vector<int>& lags) {
   const auto distance = [&](int from) {
     int sum = 0;
@@ -277,7 +277,8 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   std::vector<int> lags = clocks.lag_frames;
   const int usual = UsualLag(lags);
   for (int& lag : lags) lag -= usual;
-  // Besides seconds, a lag of a frame or less is left to the matches.
+  // Beside larger lags, a lag of one frame is left to the examination of the
+  // matches.
   const bool by_more = std::any_of(lags.begin(), lags.end(),
                                    [](int lag) { return std::abs(lag) > 1; });
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
@@ -286,8 +287,8 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
     answer.findings.push_back(
         {"clock_offset", set_up.CameraName(v), sureness,
          clocks.all.before.mean_px(), clocks.all.after.mean_px(), kRefineClocks,
-         fmt::format("its frames agree best with those of most views {:+} "
-                     "frames away ({:+.3f} s)",
+         fmt::format("frame k of most views agrees best with its frame k{:+}: "
+                     "its images were captured {:+.3f} s from their timestamps",
                      lag, -lag / set_up.input.frame_rate_hz)});
   }
   answer.score = clocks.all.after.score();
@@ -297,8 +298,8 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
 
 // ---- The world ----
 
-// The agreement of each view's people with those of the other views at other
-// times, which is what chance gives in this recording.
+// The agreement of each view's people with the people of the other views at
+// other times, i.e. the agreement by chance in this recording.
 PairAgreement AgreementByChance(const SetUp& set_up) {
   constexpr int kLags = 8;
   const auto count = static_cast<int>(set_up.ideal[0].frames.size());
@@ -319,15 +320,15 @@ PairAgreement AgreementByChance(const SetUp& set_up) {
   return all;
 }
 
-// Whether people agree at their own time by more than chance explains. With
-// calibrations of other recordings, agreement at the right time is at most 1.5
-// times that at other times, and 0.04 more; with the right calibration it is
-// 1.7 times and more unless people stand still or next to nobody is matched.
+// Whether people agree at the same time by more than chance explains. With
+// calibrations of other recordings, agreement at the same time is at most 1.5
+// times that at other times, and 0.04 more; with the right calibration it is at
+// least 1.7 times that, unless people stand still or hardly anybody is matched.
 bool AgreesByMoreThanChance(const SetUp& set_up) {
   constexpr double kTimes = 1.7;
   constexpr double kMore = 0.04;
   const PairAgreement chance = AgreementByChance(set_up);
-  // Where people are there for a moment only, chance is not known.
+  // If people are present only briefly, the agreement by chance is unknown.
   if (chance.possible < set_up.agreement.possible) return false;
   return set_up.agreement.score() >=
          std::max(kTimes * chance.score(), chance.score() + kMore);
@@ -335,8 +336,8 @@ bool AgreesByMoreThanChance(const SetUp& set_up) {
 
 // No reading and no clock makes the views agree.
 std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
-  // Sound takes agree to 0.5 or more; unrelated people of two views to about
-  // 0.1 (docs/doctor.md).
+  // The views of sound recordings agree to 0.5 or more; unrelated people of two
+  // views to about 0.1 (docs/doctor.md).
   constexpr double kUnrelated = 0.2;
   const PairAgreement& as_read = set_up.agreement;
   if (set_up.readings_changed > 0 || as_read.score() > kUnrelated ||
@@ -346,11 +347,11 @@ std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
   return AnswerWith(
       {"never_matched", "", 0.8, as_read.mean_px(), as_read.mean_px(),
        kCalibrateAnew,
-       fmt::format("people seen by two views agree to {:.2f} of 1, and no "
-                   "other reading of the calibration and no lag brings them "
-                   "together: it may be of another set-up, or of other "
-                   "images than the detections",
-                   as_read.score())});
+       fmt::format(
+           "the views agree to {:.2f} of 1 only, and neither another reading "
+           "of the calibration nor a lag improves this: the calibration may "
+           "belong to another set-up, or to other images than the detections",
+           as_read.score())});
 }
 
 std::string UnitFix(const DoctorInput& input, double units_per_metre) {
@@ -386,23 +387,26 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
     answer.findings.push_back(
         {"unit", "", 0.95, px, px,
          UnitFix(set_up.input, set_up.input.units_per_metre / factor),
-         found + fmt::format("; lengths times {:.4g} make them {:.2f} m",
-                             factor, height_m)});
+         found +
+             fmt::format(
+                 "; with lengths multiplied by {:.4g} they are {:.2f} m tall",
+                 factor, height_m)});
     answer.cameras = Rescaled(set_up.cameras, factor);
     return answer;
   }
-  // No unit explains it: perhaps a calibration board with wrong square size.
+  // No unit explains the height; perhaps the square size of a calibration board
+  // was wrong.
   answer.findings.push_back(
       {"unit", "", 0.5, px, px,
        "measure a length in the room and scale the calibration",
-       found + " and no unit makes them 0.5 to 2.3 m"});
+       found + ", and no unit makes them 0.5 to 2.3 m tall"});
   return answer;
 }
 
 // ---- With the tracker's matches ----
 
-// Views with hardly any matches. Those few are wrong, so the views are excluded
-// from the following questions.
+// Views with hardly any matches. These few are wrong, so the views are excluded
+// from the hypotheses that follow.
 std::optional<Answer> AskForStrangers(const SetUp& set_up) {
   Answer answer;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
@@ -413,8 +417,8 @@ std::optional<Answer> AskForStrangers(const SetUp& set_up) {
     answer.findings.push_back(
         {"never_matched", set_up.CameraName(v), 0.9, 0.0, 0.0,
          "--without_cameras=" + set_up.CameraName(v),
-         fmt::format("{} of {} people are matched where two other views "
-                     "match a person",
+         fmt::format("its detections are matched in {} of {} cases in which "
+                     "two other views match a person",
                      matched, all)});
   }
   return answer;
@@ -435,10 +439,11 @@ std::optional<Answer> AskForSpeed(const SetUp& set_up) {
   if (speeds_mps.size() < kEnough) return std::nullopt;
   const double speed_mps = Quantile(std::move(speeds_mps), 0.95);
   if (speed_mps <= kMaxBodySpeed) return std::nullopt;
-  return AnswerWith({"frame_rate", "", 0.8, 0.0, 0.0,
-                     "the right input.frame_rate",
-                     fmt::format("people move at {:.1f} m/s at {:.4g} Hz",
-                                 speed_mps, set_up.input.frame_rate_hz)});
+  return AnswerWith(
+      {"frame_rate", "", 0.8, 0.0, 0.0,
+       "set input.frame_rate to the true frame rate",
+       fmt::format("people move at {:.1f} m/s if the frame rate is {:.4g} Hz",
+                   speed_mps, set_up.input.frame_rate_hz)});
 }
 
 std::optional<Answer> AskForLens(const SetUp& set_up) {
@@ -451,13 +456,13 @@ std::optional<Answer> AskForLens(const SetUp& set_up) {
   const FitGain gain = CompareFits(
       set_up.Fit(), MeasureFit(bare, set_up.segments, NoChanges(bare.size()),
                                set_up.options.bundle.segments));
-  // Lenses with small distortion fit either way.
+  // Small distortion fits equally well with and without the lens.
   if (!gain.is_enough()) return std::nullopt;
   Answer answer = AnswerWith(
       {"lens", "", 0.9, gain.before_px, gain.after_px,
        "--set=cameras.ignore_distortion=true",
-       "the detections fit better without the lens: their images were "
-       "undistorted, or the lens is another one's"});
+       "the detections fit better without lens distortion: their images were "
+       "already undistorted, or the coefficients belong to another lens"});
   answer.cameras = std::move(bare);
   return answer;
 }

@@ -1,4 +1,4 @@
-// Hypotheses on faults of a set-up. A hypothesis examines the set-up as
+// Hypotheses about faults of a set-up. A hypothesis examines the set-up as
 // corrected by earlier answers; its answer has findings (kind, description, fix
 // as a command) and the correction. doctor.cc asks the hypotheses, applies
 // their answers, and asks again.
@@ -34,31 +34,32 @@ class SetUp {
   CameraRig cameras;
   DetectionSequence detections;
 
-  // People in the detections, in raw and in ideal pixels of the cameras, and
-  // the frames in which they are compared. Recomputed by Look().
+  // People in the detections, in raw and in ideal pixels of the cameras, the
+  // frames in which they are compared, and the agreement of all pairs of views
+  // in these frames. Recomputed by Look().
   std::vector<ViewPeople> raw;
   std::vector<ViewPeople> ideal;
   std::vector<int> frames;
-  PairAgreement agreement;  // of all pairs of views in these
+  PairAgreement agreement;
   void Look();
   // Views that agree this well cannot gain from another reading.
   bool AgreeAlready() const { return agreement.score() >= 0.85; }
 
-  // From the stage of the matches on, by the tracker with these cameras and
-  // detections. Recomputed by Match().
+  // Segments of the tracker's matches with these cameras and detections; empty
+  // before the stage kStrangers. Recomputed by Match().
   SceneSegments segments;
   FitError Fit() const;
   void Match();
 
   // Views excluded from further hypotheses: their detections are left out.
   std::set<size_t> strangers;
-  // How often files, cameras, images or clocks were reinterpreted.
+  // Number of reinterpretations of files, cameras, images or clocks so far.
   int readings_changed = 0;
 
   std::string CameraName(size_t view) const {
     return input.cameras[view].name();
   }
-  // The cameras, each under the name that pairs it with its view.
+  // The cameras, each with the name that pairs it with its view.
   CameraRig NamedCameras() const;
   const std::string& ViewName(size_t view) const {
     return input.detections.header.view_names[view];
@@ -67,8 +68,8 @@ class SetUp {
   // Agreement of all pairs of views, with other cameras or detections.
   double ScoreOf(const CameraRig& other_cameras,
                  const DetectionSequence& other_detections) const;
-  // Agreement of a view with all others; optionally with another camera or
-  // other people of its own.
+  // Agreement of a view with all others; optionally with another camera and
+  // other people in this view.
   PairAgreement WithOthers(size_t view) const;
   PairAgreement WithOthers(size_t view, const Camera& camera,
                            const ViewPeople& own,
@@ -84,7 +85,7 @@ struct Answer {
   double stature_m = 0.0;  // of the people, if determined
   std::optional<CameraRig> cameras;
   std::optional<DetectionSequence> detections;
-  // If they were computed with these changes.
+  // Set if they were computed with these changes.
   std::optional<SceneSegments> segments;
   std::vector<size_t> strangers;
 };
@@ -96,10 +97,10 @@ enum class Stage {
   kFiles,      // the frames of the files, without cameras
   kTwins,      // views with one calibration
   kReadings,   // reinterpretations of files, images and clocks of the views
-  kWorld,      // what remains to be examined without tracking
-  kStrangers,  // with the tracker's matches: views without any
-  kJumps,      // and images that were lost
-  kMatches,    // and the residuals
+  kWorld,      // the remaining examinations without tracking
+  kStrangers,  // with the tracker's matches: views without matches
+  kJumps,      // with the matches: images that were lost
+  kMatches,    // with the matches: residuals
 };
 
 struct Hypothesis {
@@ -109,7 +110,7 @@ struct Hypothesis {
   int most = 1;  // maximum number of answers
 };
 
-// All hypotheses; hypotheses.cc has the list and the short ones.
+// All hypotheses; hypotheses.cc contains the list and the short hypotheses.
 const std::vector<Hypothesis>& Hypotheses();
 
 // view_checks.cc
@@ -122,19 +123,19 @@ std::optional<Answer> AskForOtherReading(const SetUp& set_up);
 std::optional<Answer> AskForBreak(const SetUp& set_up);
 std::optional<Answer> AskForJump(const SetUp& set_up);
 
-// Whether a change of one view's image, even a small shift, brings it nearer to
-// the others.
+// Whether changing one view's image, even by a small shift, increases its
+// agreement with the others.
 bool AMovedImageHelps(const SetUp& set_up);
 // explain_residuals.cc
 std::optional<Answer> AskResiduals(const SetUp& set_up);
 
 // ---- Reporting ----
 
-// The confidence of each of `count` findings that fit equally. 0.95 if certain,
-// less if doubtful, never 1.
+// The confidence of each of `count` findings that fit equally well. The
+// confidence of a certain finding is 0.95, never 1.
 double Shared(double confidence, size_t count);
 
-// A finding on something that makes the views agree.
+// A finding whose correction makes the views agree.
 Finding Found(const char* kind, const std::string& camera,
               const AgreementGain& gain, const std::string& fix,
               const std::string& what);
@@ -142,13 +143,13 @@ Finding Found(const char* kind, const std::string& camera,
 // An answer with a finding only.
 Answer AnswerWith(Finding finding);
 
-// The camera's, or twice the coordinate of its principal point [px].
+// The image size of the camera, or twice its principal point if unknown [px].
 double ImageWidth(const Camera& camera);
 double ImageHeight(const Camera& camera);
 
 // Views whose left and right are exchanged relative to most others, in the
-// frames of `seen`: a flag per view, the gain over the pairs with one view
-// among them, and the corrected people (ideal px).
+// frames of `seen`: a flag per view, the gain over the pairs with exactly one
+// exchanged view, and the corrected people (ideal px).
 struct ExchangedSides {
   std::vector<char> views;
   AgreementGain gain;
@@ -167,15 +168,15 @@ std::string ExchangeSidesFlag(const std::vector<char>& views,
 // Value of detections.mirror_px: an axis, 'x' or 'y', and the sum of a
 // coordinate and its mirror image.
 std::string MirrorText(char axis, double sum_px);
-// The flag that mirrors views back: one such text per view, empty if it is not
-// mirrored.
+// The flag that mirrors views back, from one MirrorText per view, empty if the
+// view is not mirrored.
 std::string MirrorFlag(const std::vector<std::string>& mirrors,
                        const std::vector<std::string>& names);
-// The texts for images of these cameras whose y counts from the bottom.
+// The MirrorText of each camera if y counts from the bottom of the images.
 std::vector<std::string> FromTheBottom(const CameraRig& cameras);
 
-// Number of people in 3D with their nose behind the shoulders: left and right
-// are exchanged, or the world is a mirror image.
+// Number of people in 3D whose nose lies behind the shoulders. If nearly all
+// do, left and right are exchanged or the world is mirrored.
 struct Noses {
   int backwards = 0;
   int looked_at = 0;
@@ -188,9 +189,9 @@ struct Noses {
 Noses NosesOf(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
               const Skeleton& skeleton);
 
-// Whether nearly all people are upside down in the images. Together with noses
-// behind the shoulders, y counts from the bottom; rotated images leave noses in
-// front.
+// Whether nearly all people are upside down in the images. If noses also lie
+// behind the shoulders, y counts from the bottom; in rotated images noses
+// remain in front.
 bool StandOnHeads(const DetectionSequence& seen);
 
 // Exchanges left and right of these views.

@@ -1,5 +1,5 @@
-// Plausible ranges of people, cameras and recordings, for everything that
-// judges a set-up. None was fitted to a score.
+// Plausible ranges of people, cameras and recordings, used by all checks of a
+// set-up. None was tuned on a benchmark.
 #ifndef KINEGRAPH_SOLVERS_SCENE_PLAUSIBLE_H_
 #define KINEGRAPH_SOLVERS_SCENE_PLAUSIBLE_H_
 
@@ -8,8 +8,8 @@
 
 namespace kinegraph {
 
-// Least confidence of a joint that is examined; detectors with small
-// confidences throughout are rescaled first (WithUsualConfidences).
+// Minimum confidence of an examined joint; confidences of detectors whose
+// values are generally low are rescaled first (WithUsualConfidences).
 inline constexpr double kMinJointConfidence = 0.3;
 
 // Statures of people of all ages: infants to basketball players [m].
@@ -18,12 +18,13 @@ inline constexpr double kMaxHeight = 2.3;
 inline bool IsStature(double height_m) {
   return height_m >= kMinHeight && height_m <= kMaxHeight;
 }
-// Number of statures for a median, and of frames in which they are searched.
+// Number of statures required for a median, and number of frames examined for
+// them.
 inline constexpr int kEnoughStatures = 20;
 inline constexpr int kFramesToLookAt = 40;
 
-// Distance from cameras to people [m]: from a desk to a stadium; kNearest is
-// for non-human subjects, from a microscope on.
+// Distance from cameras to people [m]: from a desk to a stadium. kNearest is
+// the minimum for non-human subjects, e.g. under a microscope.
 inline constexpr double kMinDistance = 0.5;
 inline constexpr double kMaxDistance = 150.0;
 inline constexpr double kNearest = 0.005;
@@ -36,15 +37,15 @@ inline bool IsWorkingDistance(double distance_m) {
 inline constexpr double kMaxBodySpeed = 12.5;
 
 // Longest interval between two frames over which people can be followed [s]:
-// beyond the first, people walk out of the gates; beyond the second, there is
-// no continuous motion.
+// beyond kHole, people walk out of the gates; beyond kLongestGapS, motion is
+// not continuous.
 inline constexpr double kHole = 0.4;
 inline constexpr double kLongestGapS = 1.0;
 
 // Largest lag between cameras started by hand [s].
 inline constexpr double kLongestLagS = 10.0;
 
-// Detections of a view needed to judge it.
+// Number of detections needed to judge a view.
 inline constexpr int kEnoughDetections = 20;
 
 // Whether a view has practically no matches: fewer than a fifth of its
@@ -56,7 +57,7 @@ inline bool HardlyAny(int64_t matched, int64_t all) {
   if (static_cast<double>(matched) > kShare * static_cast<double>(all)) {
     return false;
   }
-  // Beyond this number a fifth is rarer than kChance.
+  // From this number on, a fifth or less has a probability below kChance.
   constexpr int64_t kMany = 60;
   if (all >= kMany) return true;
   double ways = std::pow(0.5, static_cast<double>(all));

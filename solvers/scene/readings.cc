@@ -1,6 +1,6 @@
 // Alternative interpretations of a calibration: conventions of poses and camera
-// matrices, rotated and mirrored images, exchanged views. Searches for the
-// reading under which the views agree by changing one thing at a time.
+// matrices, rotated and mirrored images, exchanged views. The reading under
+// which the views agree is searched by changing one thing at a time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,8 +17,7 @@
 namespace kinegraph {
 namespace {
 
-// The meaning of the pose in the file if it was misread, and the camera that
-// results.
+// What the pose in the file may mean, and how to correct the camera if so.
 struct PoseReading {
   const char* words;
   void (*read)(CameraParameters*);
@@ -31,16 +30,16 @@ const std::vector<PoseReading>& PoseReadings() {
          camera->t = -(camera->R.transpose() * camera->t);
          camera->R.transposeInPlace();
        }},
-      {"the translation is the camera's place in the world",
+      {"the translation is the camera's position in the world",
        [](CameraParameters* camera) { camera->t = -(camera->R * camera->t); }},
-      {"the camera's place is a translation",
+      {"the camera's position is a translation",
        [](CameraParameters* camera) {
          camera->t = -(camera->R.transpose() * camera->t);
        }},
-      {"rows of the rotation are columns",
+      {"the rotation is transposed",
        [](CameraParameters* camera) { camera->R.transposeInPlace(); }},
-      {"rows of the rotation are columns, and the translation is the camera's "
-       "place",
+      {"the rotation is transposed, and the translation is the camera's "
+       "position",
        [](CameraParameters* camera) {
          const auto columns = camera->R.transpose();
          camera->t = columns * (columns * camera->t);
@@ -57,27 +56,28 @@ const std::vector<PoseReading>& PoseReadings() {
 }
 
 // What was done to the images before detection: they were rotated, then
-// mirrored. Pixels of the images as taken, from those of the rotated ones:
-// taken = turn * turned + offset. (0, 0) is the centre of the first pixel.
+// mirrored. Pixels of the images as captured follow from those of the rotated
+// images: captured = turn * rotated + offset. (0, 0) is the centre of the first
+// pixel.
 struct ImageReading {
   const char* words;
   std::array<double, 4> turn;     // by rows
   std::array<bool, 2> from_ends;  // the offset: index of the last column, row
-  ImageTurn lens;                 // of the camera that takes the rotated images
+  ImageTurn lens;                 // for a camera that captures rotated images
   char mirrored = '\0';           // the axis whose pixels count from the end
 };
 // All eight orientations of an image.
 constexpr std::array<ImageReading, 8> kImages = {
     {{"as taken", {1.0, 0.0, 0.0, 1.0}, {false, false}, ImageTurn::kHalf},
-     {"the images were turned by 90 degrees clockwise",
+     {"the images were rotated by 90 degrees clockwise",
       {0.0, 1.0, -1.0, 0.0},
       {false, true},
       ImageTurn::kClockwise},
-     {"the images were turned by 180 degrees",
+     {"the images were rotated by 180 degrees",
       {-1.0, -0.0, -0.0, -1.0},
       {true, true},
       ImageTurn::kHalf},
-     {"the images were turned by 90 degrees anticlockwise",
+     {"the images were rotated by 90 degrees anticlockwise",
       {0.0, -1.0, 1.0, 0.0},
       {true, false},
       ImageTurn::kCounterClockwise},
@@ -91,12 +91,12 @@ constexpr std::array<ImageReading, 8> kImages = {
       {false, false},
       ImageTurn::kHalf,
       'y'},
-     {"the images were turned by 90 degrees clockwise and mirrored",
+     {"the images were rotated by 90 degrees clockwise and mirrored",
       {0.0, 1.0, -1.0, 0.0},
       {false, true},
       ImageTurn::kClockwise,
       'x'},
-     {"the images were turned by 90 degrees anticlockwise and mirrored",
+     {"the images were rotated by 90 degrees anticlockwise and mirrored",
       {0.0, -1.0, 1.0, 0.0},
       {true, false},
       ImageTurn::kCounterClockwise,
@@ -111,7 +111,7 @@ struct ImageMap {
                kImages[image].from_ends[1] ? ImageHeight(camera) - 1.0 : 0.0),
         mirrored(kImages[image].mirrored) {
     if (mirrored == '\0') return;
-    // Of the rotated image.
+    // The width or height of the rotated image.
     const bool is_width = (mirrored == 'x') == (turn(0, 0) != 0.0);
     sum_px = (is_width ? ImageWidth(camera) : ImageHeight(camera)) - 1.0;
   }
@@ -131,7 +131,8 @@ struct ImageMap {
   double sum_px = 0.0;  // of a coordinate and its mirror image
 };
 
-// The camera whose images are the rotated ones. No camera takes mirrored ones.
+// The camera that captures the rotated images. No camera captures mirrored
+// images.
 Camera Seeing(const Camera& camera, int image) {
   const ImageMap map(camera, image);
   if (map.turn.isIdentity()) return camera;
@@ -150,11 +151,11 @@ Camera Seeing(const Camera& camera, int image) {
   });
 }
 
-// One reading of everything: the changes relative to the files.
+// A complete reading, as changes relative to the files.
 struct Reading {
-  int pose = 0;                     // of PoseReadings
-  double image_scale = 1.0;         // of the first two rows of K
-  std::vector<int> images;          // of kImages, one per view
+  int pose = 0;                     // index in PoseReadings()
+  double image_scale = 1.0;         // factor of the first two rows of K
+  std::vector<int> images;          // index in kImages, one per view
   std::vector<int> camera_of_view;  // permutation
   PairAgreement agreement;          // under this reading, over all views
 
@@ -170,7 +171,7 @@ struct Reading {
     return std::count(images.begin(), images.end(), images.front()) ==
            static_cast<std::ptrdiff_t>(images.size());
   }
-  // Number of changes; fewer are more likely.
+  // Number of changes; readings with fewer changes are more likely.
   int ChangeCount() const {
     int count = (pose != 0) + (image_scale != 1.0);
     const auto turned = static_cast<int>(
@@ -196,10 +197,10 @@ CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading) {
   return rig;
 }
 
-// Agreement of views under readings. Apart from pose and scale, the agreement
-// of a pair of views depends only on the cameras and image readings of these
-// two. Readings that differ in one view share most of their pairs; each is
-// computed once.
+// Computes the agreement of the views under readings. Given pose and scale, the
+// agreement of a pair of views depends only on the cameras and image readings
+// of these two. Readings that differ in one view share most pairs, so each pair
+// is computed once.
 class ReadingJudge {
  public:
   ReadingJudge(const CameraRig& cameras, const std::vector<ViewPeople>& raw,
@@ -225,7 +226,7 @@ class ReadingJudge {
       people_.clear();
       pairs_.clear();
     }
-    std::vector<size_t> seen;  // index of each view as it is read
+    std::vector<size_t> seen;  // by view: index of its camera and image reading
     for (size_t v = 0; v < raw_.size(); ++v) {
       const auto camera = static_cast<size_t>(reading->camera_of_view[v]);
       seen.push_back((v * raw_.size() + camera) * kImages.size() +
@@ -266,15 +267,15 @@ class ReadingJudge {
 
   const CameraRig& cameras_;
   std::vector<ViewPeople> raw_;  // in the examined frames
-  std::vector<int> frames_;      // all of these
+  std::vector<int> frames_;      // all indices of raw_'s frames
   Reading shared_;               // pose and scale of the cached pairs
   CameraRig rig_;
   std::map<size_t, ViewPeople> people_;
   std::map<std::pair<size_t, size_t>, PairAgreement> pairs_;
 };
 
-// All assignments of cameras to views if there are few; else those that
-// exchange two.
+// All assignments of cameras to views if there are few views; else all
+// exchanges of two cameras.
 std::vector<std::vector<int>> Permutations(size_t views) {
   constexpr size_t kAllUpTo = 5;
   std::vector<int> order(views);
@@ -295,13 +296,13 @@ std::vector<std::vector<int>> Permutations(size_t views) {
   return permutations;
 }
 
-// Possible factors of a camera matrix, judged by one K.
+// Possible scale factors of the camera matrices, judged by the first one.
 std::vector<double> ImageScales(const SetUp& set_up) {
   std::vector<double> factors = {0.25,      1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75,
                                  4.0 / 3.0, 1.5,       2.0, 3.0,       4.0};
   const Camera& camera = set_up.cameras.front();
   const double width = ImageWidth(camera);
-  if (camera.focal_px() < 20.0) {  // of coordinates divided by the width
+  if (camera.focal_px() < 20.0) {  // normalised by the width
     double reach = 1.0;
     for (const auto& frame : set_up.raw.front().frames) {
       for (const auto& person : frame) {
@@ -315,7 +316,7 @@ std::vector<double> ImageScales(const SetUp& set_up) {
   return factors;
 }
 
-// All readings that differ from `from` in one thing.
+// All readings that differ from `from` in one respect.
 std::vector<Reading> Neighbours(const SetUp& set_up, const Reading& from) {
   std::vector<Reading> all;
   const auto add = [&](const auto& change) {
@@ -347,7 +348,7 @@ std::vector<Reading> Neighbours(const SetUp& set_up, const Reading& from) {
 // comes close, the remaining frames are not examined.
 bool SomeMayBeBetter(const SetUp& set_up) {
   constexpr size_t kFew = 8;
-  constexpr double kChance = 0.06;  // of agreement, in so few
+  constexpr double kChance = 0.06;  // random error of the agreement in so few
   const std::vector<int> few = Evenly(set_up.frames, kFew);
   ReadingJudge judge(set_up.cameras, set_up.raw, few);
   Reading as_read(set_up.cameras.size());
@@ -361,8 +362,9 @@ bool SomeMayBeBetter(const SetUp& set_up) {
   return false;
 }
 
-// The readings that agree much better than `as_read` and equally well among
-// themselves, the simplest first. Changes one thing at a time, at most twice.
+// The readings under which the views agree much better than under `as_read`,
+// and equally well, the simplest first. Changes one thing at a time, at most
+// twice.
 std::vector<Reading> BetterReadings(const SetUp& set_up, Reading* as_read) {
   constexpr double kEqual = 0.025;
   constexpr int kRounds = 2;
@@ -405,11 +407,13 @@ void AddWords(const SetUp& set_up, const Reading& as_read,
   };
   if (reading.pose != 0) {
     say("convention", "", kUseCorrected,
-        std::string("the poses fit as: ") + PoseReadings()[reading.pose].words);
+        std::string("the views agree better if the poses are read as: ") +
+            PoseReadings()[reading.pose].words);
   }
   if (reading.image_scale != 1.0) {
     say("intrinsics", "", kUseCorrected,
-        fmt::format("the camera matrix fits multiplied by {:.4g}",
+        fmt::format("the views agree better with the camera matrix multiplied "
+                    "by {:.4g}",
                     reading.image_scale));
   }
   const CameraRig cameras = CamerasOf(set_up.cameras, reading);
@@ -440,8 +444,8 @@ void AddWords(const SetUp& set_up, const Reading& as_read,
     if (camera == v) continue;
     map += (map.empty() ? "'--set=cameras.map." : ";cameras.map.") +
            set_up.ViewName(v) + "=" + set_up.CameraName(camera);
-    names += (names.empty() ? "" : ", ") + set_up.ViewName(v) + " is seen by " +
-             set_up.CameraName(camera);
+    names += (names.empty() ? "" : ", ") + set_up.ViewName(v) +
+             " was recorded by " + set_up.CameraName(camera);
   }
   if (!map.empty()) say("swapped_views", "", map + "'", names);
 }

@@ -18,8 +18,8 @@
 namespace kinegraph {
 namespace {
 
-constexpr int kMinJoints = 6;  // or all, of a skeleton of fewer
-// As a share of a person's size. Joints of a detector have errors of two or
+constexpr int kMinJoints = 6;  // or all joints of smaller skeletons
+// As a fraction of a person's size. A detector's joints have errors of two or
 // three per cent; another person is much farther away.
 constexpr double kTolerance = 0.1;
 
@@ -58,9 +58,9 @@ class ComparedPeople {
     }
   }
 
-  // x, y, and 1 where the joint was found, else all 0; its epipolar line a, b,
-  // c in the other view; and the factor from a residual x_b' F x_a to the
-  // distance from that line, 0 where there is none.
+  // Columns: x, y and 1 if the joint was found, else 0; its epipolar line a, b,
+  // c in the other view; and the factor that converts a residual x_b' F x_a to
+  // the distance from that line, 0 if there is no line.
   auto Of(size_t person) const {
     return columns_.middleCols<kColumns>(At(person));
   }
@@ -73,8 +73,8 @@ class ComparedPeople {
   Eigen::ArrayXXd columns_;
 };
 
-// Sum of the gains of all common joints, and their number. Two people as
-// ComparedPeople::Of returns them.
+// Mean gain of the common joints of two people, given as ComparedPeople::Of
+// returns them; 0 if these are too few.
 template <typename Columns>
 double PairGain(const Columns& a, double size_a, const Columns& b,
                 double size_b) {
@@ -95,8 +95,8 @@ double PairGain(const Columns& a, double size_a, const Columns& b,
 // People of one frame of a view.
 using People = std::vector<ViewPeople::Person>;
 
-// Whether the rays of most of a few joints come closest to each other in front
-// of both cameras.
+// Whether, for most of a few joints, the points of closest approach of the two
+// rays lie in front of both cameras.
 bool InFront(const Camera& camera_a, const ViewPeople::Person& a,
              const Camera& camera_b, const ViewPeople::Person& b) {
   constexpr int kLooks = 5;
@@ -153,7 +153,7 @@ std::vector<Match> MatchPeople(const Camera& camera_a, const People& a,
   return matches;
 }
 
-// Bounds the work: each of a frame's people is compared with each of another
+// Bounds the work, because each person is compared with each person of another
 // view.
 void KeepMostSeen(std::vector<ViewPeople::Person>* people) {
   constexpr size_t kMostPeople = 100;
@@ -167,7 +167,7 @@ void KeepMostSeen(std::vector<ViewPeople::Person>* people) {
   people->resize(kMostPeople);
 }
 
-// As many of the frames as place enough people for the question.
+// As many of the frames as yield enough people.
 std::vector<int> FramesToPlace(const std::vector<ViewPeople>& ideal,
                                const std::vector<int>& frames) {
   constexpr size_t kEnoughPlaced = 1500;
@@ -271,7 +271,7 @@ std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
                                         const std::vector<int>& lags) {
   const Eigen::Matrix3d F = FundamentalMatrix(camera_a, camera_b);
   const Eigen::Matrix3d F_back = F.transpose();
-  // Of frames already compared at another lag.
+  // Caches frames already compared at another lag.
   std::unordered_map<int, ComparedPeople> known_a;
   std::unordered_map<int, ComparedPeople> known_b;
   std::vector<PairAgreement> agreements;
@@ -290,7 +290,7 @@ std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
       for (const auto& person : people_a) size_px += person.size_px;
       size_px *= kTolerance / static_cast<double>(people_a.size());
       agreement.distance_px += size_px * static_cast<double>(possible);
-      // Coincident cameras: everything lies on each other's lines.
+      // Coincident cameras have no epipolar lines.
       if (F.isZero()) continue;
       const auto [of_a, new_a] = known_a.try_emplace(k);
       if (new_a) of_a->second = ComparedPeople(F, people_a);

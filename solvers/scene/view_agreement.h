@@ -1,4 +1,4 @@
-// How well the views of a recording agree under some reading of its
+// Measures how well the views of a recording agree under some reading of its
 // calibration, from 2D detections alone, frame by frame and without tracking:
 // people seen in two views must lie on each other's epipolar lines and in front
 // of both cameras.
@@ -30,12 +30,12 @@ struct ViewPeople {
   std::vector<std::vector<Person>> frames;  // [frame][person]
 };
 
-// Raw pixels, joints of at least kMinJointConfidence; people with fewer than
-// six such joints are ignored. Of more than a hundred in an image, those with
-// most joints.
+// In raw pixels, with joints of at least kMinJointConfidence; people with fewer
+// than six such joints are ignored. Keeps at most a hundred people per image,
+// those with the most joints.
 std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections);
 
-// Ideal pixels: undistorted by each view's camera.
+// In ideal pixels, undistorted by each view's camera.
 ViewPeople Undistorted(const ViewPeople& view, const Camera& camera);
 std::vector<ViewPeople> IdealPeople(const DetectionSequence& detections,
                                     const CameraRig& cameras);
@@ -50,8 +50,8 @@ DetectionSequence FramesOf(const DetectionSequence& detections,
 // Index of the frame with a number, or -1.
 int64_t IndexOfFrame(const DetectionSequence& detections, int64_t number);
 
-// The detections with frame `source(view, k)` of each view in its frame k;
-// empty if there is no such frame. Times stay those of the frames.
+// The detections with frame `source(view, k)` of each view in place of its
+// frame k; empty if there is no such frame. Frame times are unchanged.
 template <typename Source>
 DetectionSequence FramesMoved(const DetectionSequence& detections,
                               const Source& source) {
@@ -72,7 +72,7 @@ DetectionSequence FramesMoved(const DetectionSequence& detections,
 
 // Agreement of two views over some frames.
 struct PairAgreement {
-  double gain = 0.0;      // summed over matched people, 0 .. 1 each
+  double gain = 0.0;      // summed over matched people, each 0 .. 1
   double possible = 0.0;  // people that could have been matched
   // Distances from the epipolar lines [px], summed over `possible`; unmatched
   // people contribute a tenth of their size.
@@ -96,9 +96,9 @@ struct AgreementGain {
   PairAgreement after;
 
   double gain() const { return after.score() - before.score(); }
-  // Wrong readings of sound scenes never exceed the right one by this much; the
-  // best of many gains a few hundredths by chance. Two views of one person
-  // agree to 0.6 to 0.9.
+  // In recordings without faults, wrong readings never exceeded the right one
+  // by this much; the best of many readings gains a few hundredths by chance.
+  // Two views of one person agree to 0.6 to 0.9.
   static constexpr double kLeastGain = 0.08;
   static constexpr double kLeastScore = 0.3;
   static double Needed(double score_before) {
@@ -124,7 +124,7 @@ std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
                                         const ViewPeople& b,
                                         const std::vector<int>& frames,
                                         const std::vector<int>& lags);
-// At one lag.
+// The same at a single lag.
 PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
                           const Camera& camera_b, const ViewPeople& b,
                           const std::vector<int>& frames, int lag = 0);
@@ -134,24 +134,25 @@ PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
 // work grows linearly with the number of views.
 std::vector<std::pair<size_t, size_t>> ComparedPairs(size_t view_count);
 
-// Number of comparisons of two people for all these pairs.
+// Number of comparisons of two people over all compared pairs of views.
 double ComparisonsOfAll(const std::vector<ViewPeople>& views,
                         const std::vector<int>& frames);
 
 // Frames to examine: up to `count`, evenly spaced among those in which two or
-// more views see people. Fewer, down to two, where all pairs of views, compared
-// `repeats` times, would need more than some four million comparisons of two
-// people: a tenth of a second.
+// more views see people. Fewer, but at least two, if comparing all pairs of
+// views `repeats` times would need more than some four million comparisons of
+// two people, a tenth of a second.
 std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views, int count,
                                 int repeats = 1);
 
-// All pairs of views together.
+// Sum over all compared pairs of views.
 PairAgreement AgreementOfAll(const CameraRig& cameras,
                              const std::vector<ViewPeople>& ideal,
                              const std::vector<int>& frames);
 
-// People on whom two views agree, in 3D [m], joints as in ViewPeople; over all
-// pairs of views, in as many of the frames as place some 1,500.
+// A person on whom two views agree, triangulated [m]; joints as in ViewPeople.
+// PlacePeople uses all compared pairs of views, in as many of the frames as
+// yield some 1,500 people.
 struct PlacedPerson {
   int frame = 0;
   size_t view_a = 0;
@@ -165,9 +166,9 @@ std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
 // Index of a joint in ViewPeople; -1 if it is not compared.
 int PlaceOf(const Skeleton& skeleton, const std::string& joint_name);
 
-// Stature [m] of the people seen, from trunk, thigh and shank of those on whom
-// two views agree: the median, and the number of people measured. Joints by
-// name.
+// Stature [m] of the people seen, from trunk, thigh and shank of the people on
+// whom two views agree: the median, and the number of measurements. Joints are
+// found by name.
 struct Stature {
   double median_m = 0.0;
   int count = 0;
@@ -175,7 +176,7 @@ struct Stature {
 Stature StatureOf(const CameraRig& cameras,
                   const std::vector<ViewPeople>& ideal,
                   const std::vector<int>& frames, const Skeleton& skeleton);
-// In up to this many frames of a recording.
+// The same, in up to `frames` frames of a recording.
 Stature StatureOf(const CameraRig& cameras, const DetectionSequence& recording,
                   int frames);
 

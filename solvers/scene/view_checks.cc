@@ -1,5 +1,6 @@
-// Hypotheses about the images of single views, before those about cameras or
-// clocks: rates, exchanged sides, scaled and cropped videos.
+// Hypotheses about the images of individual views, which are tested before
+// cameras and clocks: frame rates, exchanged left and right, scaled and cropped
+// videos.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -20,8 +21,8 @@ namespace {
 
 // ---- Rates ----
 
-// A view whose files count frames at another rate than the rest: `factor` times
-// as fast, with numbers too high by `offset`.
+// A view whose files count frames at another rate than those of the other
+// views: `factor` times as fast, with numbers too high by `offset`.
 struct OtherRate {
   size_t view = 0;
   double rate_hz = 0.0;
@@ -29,8 +30,8 @@ struct OtherRate {
   double offset = 0.0;
   AgreementGain gain;  // with the others
 
-  // The view's frame nearest in time to frame `number`, and by how many frames
-  // it was taken earlier; nullopt if it is nearer to another frame.
+  // The view's frame nearest in time to frame `number`, and how many frames
+  // earlier it was captured; nullopt if it is nearer to another frame.
   struct Shown {
     int64_t number = 0;
     double earlier = 0.0;
@@ -41,7 +42,8 @@ struct OtherRate {
     shown.number = std::llround(factor * stated + offset);
     shown.earlier =
         stated - (static_cast<double>(shown.number) - offset) / factor;
-    // Of two equally near frames the later, as when the recording is read.
+    // Of two equally near frames, the later one is used, as when the recording
+    // is read.
     if (shown.earlier >= 0.5 || shown.earlier < -0.5) return std::nullopt;
     return shown;
   }
@@ -84,8 +86,8 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
   constexpr std::array kRates = {12.0, 12.5, 15.0, 24.0,  25.0,  30.0,  48.0,
                                  50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0};
   constexpr int kFrames = 40;
-  // Half of the views at twice the rate is equivalent to the others at half of
-  // it: of equal answers the faster one is taken.
+  // Half of the views at twice the rate cannot be distinguished from the other
+  // half at half the rate: among equal answers the higher rate is chosen.
   constexpr double kAlike = 0.03;
   const DetectionSequence& files = set_up.detections;
   // Each pair of views is compared in both directions.
@@ -106,7 +108,8 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
           one.factor > 5.0) {
         continue;
       }
-      // The first frames of all views belong together, or numbers count from 0.
+      // Either the first frames of all views are simultaneous, or the frames
+      // numbered 0 are.
       const auto first = static_cast<double>(files.frames.front().frame);
       const double together = first - one.factor * first;
       for (const double offset : {together, 0.0}) {
@@ -146,7 +149,7 @@ Noses LookAhead(const std::vector<PlacedPerson>& people,
     if (!l || !r || !lh || !rh || !nose) continue;
     const Eigen::Vector3d up = (*l + *r - *lh - *rh).normalized();
     const Eigen::Vector3d ahead = ((*l - *r) + (*lh - *rh)).cross(up);
-    // A person seen from the side has shoulders of no width.
+    // The apparent shoulder width vanishes for a person seen from the side.
     const double trunk = 0.5 * (*l + *r - *lh - *rh).norm();
     if (!((*l - *r).norm() > 0.3 * trunk) || ahead.norm() == 0.0) continue;
     const double nose_m = (*nose - 0.5 * (*l + *r)).dot(ahead.normalized());
@@ -157,8 +160,8 @@ Noses LookAhead(const std::vector<PlacedPerson>& people,
   return noses;
 }
 
-// The agreement of all pairs of views, with and without exchanging one of the
-// two.
+// The agreement of all pairs of views, with and without exchanging left and
+// right in one of the two.
 class SidesTable {
  public:
   SidesTable(const CameraRig& cameras, const std::vector<ViewPeople>& people,
@@ -172,8 +175,8 @@ class SidesTable {
     }
   }
 
-  // Over the pairs with exactly one view in `of`, with the views of `exchanged`
-  // exchanged.
+  // The agreement over the pairs with exactly one view in `of`, if left and
+  // right are exchanged in the views of `exchanged`.
   PairAgreement Of(const std::vector<char>& exchanged,
                    const std::vector<char>& of) const {
     PairAgreement all;
@@ -184,8 +187,8 @@ class SidesTable {
     return all;
   }
 
-  // Greedily, one view at a time. Both sides of a split are equivalent: returns
-  // the smaller one.
+  // The views to exchange, found greedily one at a time. A set and its
+  // complement are equivalent: returns the smaller one.
   std::vector<char> Best() const {
     std::vector<char> exchanged(views_, 0);
     for (size_t round = 0; 2 * (round + 1) <= views_; ++round) {
@@ -235,7 +238,7 @@ struct OtherImage {
       }
     });
   }
-  // (0, 0) is the centre of the first pixel, so scaling is about its corner.
+  // (0, 0) is the centre of the first pixel, but scaling is about its corner.
   Eigen::Vector2d Corner() const {
     return Eigen::Vector2d::Constant(0.5 * (scale - 1.0));
   }
@@ -260,7 +263,7 @@ struct ImageFit {
   }
 };
 
-// nullopt if the points do not determine it, or do not fit.
+// nullopt if there are too few points or they do not fit.
 std::optional<ImageFit> FitImage(const Camera& camera,
                                  const PlacedPerson& placed,
                                  const ViewPeople::Person& seen) {
@@ -295,12 +298,13 @@ std::optional<ImageFit> FitImage(const Camera& camera,
   return fit;
 }
 
-// Videos are scaled by simple ratios.
+// Ratios by which videos are usually scaled.
 constexpr std::array kRatios = {1.0,       0.5,  2.0, 2.0 / 3.0, 1.5, 0.75,
                                 4.0 / 3.0, 0.25, 4.0, 1.0 / 3.0, 3.0};
 
 double SimpleRatio(double scale) {
-  // Typical error of a focal length, or of a camera's distance.
+  // Relative error of a focal length or of a camera's distance that is not a
+  // scaled video.
   constexpr double kFocal = 0.08;
   if (std::abs(std::log(scale)) < kFocal) return 1.0;
   constexpr double kNear = 0.03;
@@ -310,7 +314,8 @@ double SimpleRatio(double scale) {
   return scale;
 }
 
-// The consensus of most fits; nullopt if there is none.
+// The consensus of the largest set of agreeing fits; nullopt if it is too
+// small.
 std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits,
                                       double least_shift) {
   constexpr size_t kMost = 300;
@@ -349,8 +354,8 @@ std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits,
   return image;
 }
 
-// Keeps the candidate that brings its view nearer to the others than the best
-// so far.
+// Replaces `best` if the candidate increases the agreement of its view with the
+// others more.
 void KeepBetter(const SetUp& set_up, const PairAgreement& before,
                 OtherImage image, std::optional<OtherImage>* best) {
   const Camera camera = image.Seen(set_up.cameras[image.view]);
@@ -364,7 +369,8 @@ void KeepBetter(const SetUp& set_up, const PairAgreement& before,
   }
 }
 
-// Two views place no people for a third one to confirm: sizes are tried.
+// With two views, no third view can confirm the 3D positions of people, so
+// common ratios are tried.
 std::optional<OtherImage> OtherSizeOfTwo(const SetUp& set_up) {
   std::optional<OtherImage> best;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
@@ -422,7 +428,8 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
   if (!rate.has_value()) return std::nullopt;
   std::string keys = "input.view_frame_rate." + set_up.ViewName(rate->view) +
                      "=" + fmt::format("{:.4g}", rate->rate_hz);
-  // Keys take whole frames; if there is a remainder, all views count from 0.
+  // The key takes whole frames; if the offset is fractional, the numbers of all
+  // views are made to begin at 0.
   const bool whole = rate->offset == std::round(rate->offset);
   const int64_t first = set_up.detections.frames.front().frame;
   for (size_t v = 0; rate->offset != 0.0 && v < set_up.cameras.size(); ++v) {
@@ -433,7 +440,8 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
   Answer answer = AnswerWith(
       Found("view_rate", set_up.CameraName(rate->view), rate->gain,
             rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
-            fmt::format("its files count at {:.4g} Hz, the others' at {:.4g}",
+            fmt::format("its frame numbers count at {:.4g} Hz, those of the "
+                        "other views at {:.4g} Hz",
                         rate->rate_hz, set_up.input.frame_rate_hz)));
   answer.detections = rate->Of(set_up.detections);
   answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);
@@ -581,8 +589,9 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
   }
   for (size_t v = 0; v < exchanged.size(); ++v) {
     if (all || !exchanged[v]) continue;
-    answer.findings.push_back(Found("sides", set_up.CameraName(v), found.gain,
-                                    fix, "left and right are exchanged in it"));
+    answer.findings.push_back(
+        Found("sides", set_up.CameraName(v), found.gain, fix,
+              "left and right are exchanged in this view"));
   }
   answer.detections = set_up.detections;
   ExchangeSides(exchanged, &*answer.detections);
@@ -597,15 +606,15 @@ std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   const auto image = FindOtherImage(set_up, kLeastShift);
   if (!image.has_value()) return std::nullopt;
   const Camera& camera = set_up.cameras[image->view];
-  // Slightly rotated cameras have the same effect; a tenth of the image is more
-  // than a camera would be rotated without being moved.
+  // A slightly rotated camera has the same effect; a shift of more than a tenth
+  // of the image is too large for a rotation that nobody noticed.
   const double share = image->offset_px.norm() / ImageWidth(camera);
   const bool either = !image->scaled() && share <= 0.1;
   std::string what;
   if (either) {
     what = fmt::format(
-        "its image fits moved by ({:+.0f}, {:+.0f}) px: it was cropped or "
-        "turned",
+        "the data fit better with its image shifted by ({:+.0f}, {:+.0f}) px: "
+        "the video was cropped or the camera rotated",
         -image->offset_px.x(), -image->offset_px.y());
   } else if (image->scaled()) {
     what = fmt::format(
@@ -616,7 +625,7 @@ std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
     what += (what.empty() ? "its video" : ", and") +
             fmt::format(" begins at pixel ({:.0f}, {:.0f}) of ",
                         image->offset_px.x(), image->offset_px.y()) +
-            (image->scaled() ? "that" : "the calibration's image");
+            (image->scaled() ? "the scaled image" : "the calibration's image");
   }
   const char* kind = either             ? "shift"
                      : image->cropped() ? "crop"

@@ -22,8 +22,9 @@
 namespace kinegraph {
 namespace {
 
-// Adults: 1.70 m with a standard deviation of 0.09 m; the chain of joints that
-// detectors report is within 3 % of the anatomical one.
+// Adults have a stature of 1.70 m with a standard deviation of 0.09 m; statures
+// derived from a detector's joints deviate by up to 3 % from the anatomical
+// ones.
 constexpr double kStatureM = 1.70;
 constexpr double kStatureSpread = 0.053;
 constexpr double kChainSpread = 0.03;
@@ -52,13 +53,14 @@ int JointOf(const Skeleton& skeleton, const std::string& name) {
   const int joint = skeleton.IndexOf(name);
   if (joint < 0) {
     throw InputError("--distance: '" + Printable(name) +
-                     "' is no joint of the detections' skeleton " +
+                     "' is not a joint of the detections' skeleton " +
                      Printable(skeleton.name()));
   }
   return joint;
 }
 
-// Named joints and views must exist; checked before minutes of work.
+// Throws InputError if a named joint or view does not exist, before minutes of
+// work.
 void CheckNames(const KnownLength& length, const DetectionHeader& header) {
   if (length.kind == KnownLength::Kind::kDistance) {
     JointOf(header.skeleton, length.a);
@@ -75,7 +77,7 @@ void CheckNames(const KnownLength& length, const DetectionHeader& header) {
 }
 
 // Rotates the world so that no axis is near the direction in which people
-// stand: GroundOf prefers such axes.
+// stand, because GroundOf would prefer such an axis.
 CameraRig WithoutUpAxis(const CameraRig& cameras, const Eigen::Vector3d& up) {
   Ground turn;
   turn.R = Eigen::Quaterniond::FromTwoVectors(
@@ -145,7 +147,7 @@ class Finisher {
     }
     if (!(measured > 0.0)) {
       result_->rig.reasons.push_back(
-          "the metre is unknown: lengths are arbitrary");
+          "the scale is unknown: lengths are in an arbitrary unit");
       result_->scale_sigma = 1.0;
       return;
     }
@@ -180,8 +182,8 @@ class Finisher {
         OnGround(result_->cameras, result_->ground.value_or(upright));
   }
 
-  // Derivative of the logarithm of the two cameras' distance by each parameter;
-  // zero where another length determines the metre.
+  // Derivative of the logarithm of the two cameras' distance with respect to
+  // each parameter; zero if another length determines the scale.
   Eigen::VectorXd LogDistance(Eigen::Index size) const {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
     if (input_.length.kind != KnownLength::Kind::kCameras) return gradient;
@@ -200,7 +202,7 @@ class Finisher {
   }
 
   // Fills in the record for cameras.json, including the uncertainty of the
-  // metre, which scales all centres together.
+  // scale, which is common to all centres.
   void Record() {
     RigResult& rig = result_->rig;
     RefinementRecord& record = result_->record;
@@ -244,8 +246,9 @@ class Finisher {
 };
 
 // Checks by people's noses whether the world is a mirror image, which the views
-// themselves cannot determine: rejected if the images are upside down too, else
-// reported, because an exchange of left and right has the same effect.
+// themselves cannot determine. The calibration is rejected if the images are
+// also upside down; otherwise a warning is added, because exchanging left and
+// right has the same effect.
 void CheckMirror(const std::vector<std::string>& view_names,
                  const RigInput& input, RigResult* rig) {
   const std::vector<int> frames =

@@ -1,5 +1,5 @@
-// Cameras of a recording without a calibration: the rig from its people
-// (solvers/rig), in metres, upright and on the floor.
+// Calibrates the cameras of a recording from its people (solvers/rig), with
+// lengths in metres, z up and the floor at zero.
 #ifndef KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_
 #define KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_
 
@@ -28,7 +28,7 @@ struct KnownLength {
 
 struct CalibrationInput {
   CameraRig cameras;  // intrinsics, with the names of the views
-  // As RigInput has them.
+  // As in RigInput.
   double focal_sigma = 0.0;
   bool focal_stated = false;
   bool lenses_known = true;
@@ -40,16 +40,17 @@ struct CalibrationInput {
 struct RecordingCalibration {
   std::vector<std::string> view_names;  // one per view of the rig
   RigResult rig;
-  // In metres; with z up from the floor if `ground` is set; of the used views.
+  // Cameras of the used views, in metres; with z up from the floor if `ground`
+  // is set.
   CameraRig cameras;
   std::optional<Ground> ground;
-  double metres_per_unit = 1.0;  // of the rig's lengths
-  double scale_sigma = 0.0;      // of the logarithm of all lengths
-  double stature_m = 0.0;        // of the people in that scale; 0: not measured
+  double metres_per_unit = 1.0;  // factor of the rig's lengths
+  double scale_sigma = 0.0;      // sigma of the logarithm of all lengths
+  double stature_m = 0.0;        // of the people; 0: not measured
   RefinementRecord record;       // clocks and covariance, for cameras.json
 };
 
-// Throws InputError or OptionError where a joint, a view or the frame rate is
+// Throws InputError or OptionError if a joint, a view or the frame rate is
 // missing.
 RecordingCalibration CalibrateRecording(const RunOptions& options,
                                         const CalibrationInput& input,

@@ -40,15 +40,15 @@ std::optional<Finding> FindingOfSkeleton(
   Finding finding;
   finding.kind = "skeleton";
   finding.evidence =
-      "the people's bones look implausible as " + skeletons[0]->name();
+      "bone lengths are implausible with skeleton " + skeletons[0]->name();
   if (const size_t best = fit.Best(); best != 0) {
     finding.confidence = 0.9;
     finding.fix = "--set=detections.skeleton=" + skeletons[best]->name();
-    finding.evidence += " and right as " + skeletons[best]->name();
+    finding.evidence += " and plausible with " + skeletons[best]->name();
   } else if (fit.Implausible(0)) {
     finding.fix =
-        "name the order of the joints with detections.skeleton, built in or "
-        "your own ([skeletons.NAME])";
+        "specify the order of the joints with detections.skeleton, as a "
+        "built-in skeleton or as one of the configuration ([skeletons.NAME])";
   } else {
     return std::nullopt;
   }
@@ -57,7 +57,8 @@ std::optional<Finding> FindingOfSkeleton(
 
 namespace {
 
-// For each camera, in units of `metre`; zero where the record has none.
+// The recorded standard deviations of each camera, with lengths in units of
+// `metre`; zero for cameras without a record.
 std::vector<CameraChange> StatedSigma(const RefinementRecord& record,
                                       const CameraRig& cameras, double metre) {
   std::vector<CameraChange> sigmas(cameras.size(), CameraChange::Zero());
@@ -85,7 +86,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                             const DetectionSequence& detections,
                             const CalibrationUnit& unit,
                             const std::optional<RefinementRecord>& recorded) {
-  // Joint names first: with wrong ones nothing else can be examined.
+  // Joint names are examined first: if they are wrong, nothing else can be.
   DetectionHeader header = detections.header;
   const auto skeletons = SkeletonsLike(detections.header.skeleton);
   SkeletonFit fit(skeletons);
@@ -108,7 +109,8 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                  ? WithRecordedClocks(options, request, *recorded, detections)
                  : AskedFrames(request, detections));
   input.detections.header.skeleton = header.skeleton;
-  // The doctor itself reports people who are too small or too large.
+  // People are not rescaled, because the doctor itself reports implausible
+  // statures.
   const SubjectScale scale =
       IsHuman(header.skeleton)
           ? SubjectScale()
@@ -128,7 +130,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   Diagnosis diagnosis = Diagnose(input);
   diagnosis.cameras = scale.IntoWorld(diagnosis.cameras);
   for (Finding& finding : diagnosis.findings) {
-    // A run does not refine clocks a second time.
+    // A run does not refine recorded clocks again.
     if (has_clocks && finding.fix == kRefineClocks) {
       finding.fix = kCalibrateAnew;
     }

@@ -16,21 +16,20 @@ namespace kinegraph {
 
 class SkeletonFit;
 
-// Examines the requested frames. The tracker runs with the options' front end
+// Examines the requested frames. The tracker runs with the options' association
 // and the paper's estimator in either mode. `recorded`: the clocks and
 // covariance recorded with the request's cameras, applied as in a run. Throws
-// as PrepareScene.
+// what PrepareScene throws.
 Diagnosis DiagnoseRecording(
     const RunOptions& options, const RunRequest& request,
     const DetectionSequence& detections, const CalibrationUnit& unit,
     const std::optional<RefinementRecord>& recorded = std::nullopt);
 
-// The skeleton of some detections, then others with the same number of joints
-// in a different order.
+// `own`, then all other skeletons with as many joints in a different order.
 std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own);
 
-// Whether people's bones are implausible as the first of these skeletons; with
-// confidence 0 where none of the others fits clearly better.
+// A finding if bone lengths are implausible with the first of these skeletons;
+// with confidence 0 if no other fits clearly better.
 std::optional<Finding> FindingOfSkeleton(
     const SkeletonFit& fit, const std::vector<const Skeleton*>& skeletons);
 

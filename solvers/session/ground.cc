@@ -22,9 +22,9 @@ namespace {
 
 // Feet slower than this are standing; a swinging foot reaches 3 m/s.
 constexpr double kStandingMps = 0.4;
-constexpr double kRestS = 0.1;  // interval of the speed
-// Ankles are 0.039 of the stature above the floor (Drillis and Contini, 1966),
-// here of 1.72 m; toes and heels touch it except for the shoe.
+constexpr double kRestS = 0.1;  // interval over which speed is measured
+// Ankles are 0.039 of the stature (here 1.72 m) above the floor (Drillis and
+// Contini, 1966); toes and heels are above it by the thickness of the shoe.
 constexpr double kAnkleHeightM = 0.067;
 constexpr double kToeHeightM = 0.02;
 constexpr int64_t kFewestFeet = 50;
@@ -64,8 +64,8 @@ std::optional<Eigen::Vector3d> Middle(const Pose3d& joints,
   return 0.5 * (a.position_m + b.position_m);
 }
 
-// From ankles to shoulders, mean over people and frames: people bend to all
-// sides.
+// Sum over people and frames of the directions from ankles to shoulders; it is
+// nearly vertical because people bend to all sides.
 Eigen::Vector3d MeanBodyAxis(const Skeleton& skeleton,
                              const std::vector<TrackFrame>& frames) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -81,7 +81,7 @@ Eigen::Vector3d MeanBodyAxis(const Skeleton& skeleton,
   return sum;
 }
 
-// A joint of a foot that rests in one place for a while.
+// An interval during which a joint of a foot rests in one place.
 struct Stand {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  // mean position
   double height_m = 0.0;                            // above the floor
@@ -89,14 +89,15 @@ struct Stand {
   int samples = 0;
 };
 
-// Recent positions of a person's joints, the newest last.
+// The positions of a person's joints in an earlier frame.
 struct Past {
   TimeNs time = 0;
   const Pose3d* joints = nullptr;
 };
 
 // The newest entry that is at least kRestS old, and not much older. Over
-// shorter intervals, at high frame rates, noise would appear as speed.
+// shorter intervals, which high frame rates would give, noise would appear as
+// speed.
 const Past* LongEnoughAgo(const std::deque<Past>& past, TimeNs now) {
   const TimeNs least = FromSeconds(kRestS);
   for (auto at = past.rbegin(); at != past.rend(); ++at) {
@@ -119,11 +120,11 @@ bool Rests(size_t joint, const Past& before, TimeNs now,
 // The stands of all people.
 std::vector<Stand> StandsIn(const Skeleton& skeleton,
                             const std::vector<TrackFrame>& frames) {
-  constexpr double kFarM = 0.3;  // a shuffling foot starts a new one
+  constexpr double kFarM = 0.3;  // a shuffling foot begins a new stand
   const std::vector<FootJoint> feet = FeetOf(skeleton);
   std::vector<Stand> stands;
   std::map<TrackId, std::deque<Past>> pasts;
-  std::map<std::pair<TrackId, int>, size_t> open;  // still continuing
+  std::map<std::pair<TrackId, int>, size_t> open;  // current stands
   for (const TrackFrame& frame : frames) {
     for (const PersonPose& person : frame.people) {
       std::deque<Past>& past = pasts[person.id];
@@ -162,8 +163,8 @@ int64_t SamplesOf(const std::vector<Stand>& stands) {
   return samples;
 }
 
-// A rotation that maps `up` to z and keeps the old x axis in the plane of the
-// new x and z, or the old y axis if x points up.
+// A rotation that maps `up` to z and keeps the old x axis (or the old y axis if
+// x points up) in the plane of the new x and z.
 Eigen::Matrix3d Upright(const Eigen::Vector3d& up) {
   const Eigen::Vector3d old = std::abs(up.x()) < 0.9 ? Eigen::Vector3d::UnitX()
                                                      : Eigen::Vector3d::UnitY();
@@ -183,8 +184,8 @@ double MedianOf(const std::vector<Stand>& feet, int axis) {
   return Quantile(values, 0.5);
 }
 
-// Standard deviation of the mean standing direction as an estimate of up: some
-// people are bent all the time.
+// Standard deviation of the mean standing direction as an estimate of up; not
+// small, because some people are always bent.
 constexpr double kBodySigmaRad = 0.12;
 // Calibrations often have one axis exactly vertical; such an axis is preferred
 // unless another direction is this much more likely (log odds, e^5 = 150).
@@ -194,7 +195,7 @@ constexpr double kAxisOdds = 5.0;
 // A candidate for up, before feet are considered.
 struct Guess {
   Eigen::Vector3d up;
-  bool is_axis = false;  // of the original world
+  bool is_axis = false;  // an axis of the original world
 };
 
 std::vector<Guess> GuessesOf(const Eigen::Vector3d& body) {
@@ -223,12 +224,13 @@ Eigen::Vector2d SlopeOf(const Eigen::Vector3d& up) {
   return -up.head<2>() / up.z();
 }
 
-// In a nearly upright world: feet on steps and chairs have little weight.
+// Fits the floor robustly in a nearly upright world: feet on steps and chairs
+// have little weight.
 Floor FitFloor(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
                const Eigen::Vector3d* axis) {
-  constexpr double kSigmaM = 0.03;  // of a stand
-  // Upper limit of the cost of a foot that is lifted, on a step or a chair:
-  // e^2.
+  constexpr double kSigmaM = 0.03;  // of a stand's height
+  // Upper limit of the cost of a foot that is not on the floor, as on a step or
+  // a chair.
   constexpr double kMostCost = 2.0;
   Floor floor;
   floor.middle = {MedianOf(feet, 0), MedianOf(feet, 1)};
@@ -274,7 +276,7 @@ struct Upturn {
 };
 
 // The most likely up near a candidate. The fit is linear in the slope; two
-// iterations suffice for a few degrees.
+// iterations suffice for tilts of a few degrees.
 Upturn TurnUp(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
               const Guess& guess) {
   Upturn result;
@@ -303,7 +305,7 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   if (!(axis.norm() > 0.0) || SamplesOf(feet) < kFewestFeet) {
     return std::nullopt;
   }
-  // Where most people lie, standing ones carry more information.
+  // If most people lie, those standing carry more information.
   const Eigen::Vector3d mean = axis.normalized();
   const Eigen::Vector3d body =
       StanceOf(header.skeleton, frames).UpUnlike(mean).value_or(mean);
@@ -322,7 +324,7 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   double squares = 0.0;
   for (const Stand& foot : feet) {
     const double off = foot.point.z() - foot.height_m + ground.t.z();
-    // Clamped at a decimetre: a step, a chair.
+    // Clamped at a decimetre, for feet on a step or a chair.
     squares += foot.samples * std::min(off * off, 0.01);
   }
   ground.foot_count = SamplesOf(feet);
@@ -345,7 +347,8 @@ void TurnRecord(const Ground& ground, RefinementRecord* record) {
   Eigen::Index at = 0;
   for (const RefinementRecord::Camera& camera : record->cameras) {
     for (size_t i = 0; i < camera.places.size(); ++i, ++at) {
-      // The three coordinates of a centre are adjacent.
+      // The three coordinates of a centre are adjacent, so one block covers
+      // them.
       if (camera.places[i] == kCentreAt) turn.block<3, 3>(at, at) = ground.R;
     }
   }

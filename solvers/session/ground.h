@@ -1,5 +1,6 @@
-// A world on the floor: z up, the floor at zero, its origin at the centre of
-// where people walked. Estimated from their feet.
+// Estimates a world that stands on the floor from people's feet: z points up,
+// the floor is at z = 0, and the origin is in the middle of where people
+// walked.
 #ifndef KINEGRAPH_SOLVERS_SESSION_GROUND_H_
 #define KINEGRAPH_SOLVERS_SESSION_GROUND_H_
 
@@ -16,33 +17,33 @@
 
 namespace kinegraph {
 
-// p_new = R p_old + t. The new x axis is as near to the old one as an upright
-// world permits.
+// p_new = R p_old + t. The new x axis is as close to the old one as an upright
+// z axis permits.
 struct Ground {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
   double tilt_deg = 0.0;   // between the old z axis and up
-  double spread_m = 0.0;   // rms of the resting feet about the floor
-  int64_t foot_count = 0;  // number of feet used
+  double spread_m = 0.0;   // RMS distance of resting feet from the floor
+  int64_t foot_count = 0;  // number of positions of resting feet
 };
 
-// nullopt if too few people stand or walk. Assumes that heads are above feet on
-// average.
+// nullopt if too few people stand or walk. Assumes that shoulders are on
+// average above ankles.
 std::optional<Ground> GroundOf(const TrackHeader& header,
                                const std::vector<TrackFrame>& frames);
 
 // The cameras in the new world.
 CameraRig OnGround(const CameraRig& cameras, const Ground& ground);
 
-// Transforms a record's centres to the new world.
+// Transforms the covariance of a record's camera centres to the new world.
 void TurnRecord(const Ground& ground, RefinementRecord* record);
 
 // Options for tracking once with the cameras as they are: the paper's estimator
 // and one pass.
 RunOptions QuickOptions(RunOptions options);
 
-// Tracks the recording once, with QuickOptions, for GroundOf. Throws as
-// PrepareScene.
+// GroundOf of the recording, tracked once with QuickOptions. Throws what
+// PrepareScene throws.
 std::optional<Ground> FindGround(const RunOptions& options,
                                  const RunRequest& request,
                                  const DetectionSequence& detections);

@@ -13,16 +13,16 @@ namespace kinegraph {
 void InputOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("frame_rate", &frame_rate_hz, NonNegative(), "Hz",
                  "nominal frame rate; 0: as in the files");
-  visitor.Integer("repeat_first_frame", &repeat_first_frame, Between(0, 1000),
-                  "frames",
-                  "how often the first frame is fed before the recording");
+  visitor.Integer(
+      "repeat_first_frame", &repeat_first_frame, Between(0, 1000), "frames",
+      "number of times the first frame is processed before the recording");
   visitor.Boolean("independent_frames", &independent_frames,
-                  "single frames: no track continues into the next");
+                  "unrelated frames: no track continues into the next frame");
   visitor.Boolean("skip_bad_frames", &skip_bad_frames,
-                  "our own detections: skip a frame that cannot be read");
-  visitor.TextMap("view_frame_rate", &view_frame_rate,
-                  "rate [Hz] at which a view's files count frames, where it is "
-                  "another");
+                  "kinegraph's JSON Lines: skip frames that cannot be read");
+  visitor.TextMap(
+      "view_frame_rate", &view_frame_rate,
+      "rate [Hz] at which a view's files count frames, if it differs");
   visitor.TextMap("view_frame_offset", &view_frame_offset,
                   "subtracted from the frame numbers of a view's files");
 }
@@ -34,7 +34,7 @@ void OutputOptions::Describe(OptionVisitor& visitor) {
 
 void RunOptions::Describe(OptionVisitor& visitor) {
   visitor.Text("skeleton", &skeleton,
-               "joints of the tracks; empty: the detections'");
+               "skeleton of the tracks; empty: that of the detections");
   estimators.Describe(visitor);
   visitor.Enter("input");
   input.Describe(visitor);
@@ -132,7 +132,8 @@ double RateOf(const std::string& view, const std::string& text) {
   if (text.empty() || *end != '\0' || !(rate_hz > 0.0 && rate_hz <= 1e5)) {
     throw OptionError(
         "input.view_frame_rate." + view,
-        "found '" + Printable(text) + "', expected a rate above 0 .. 1e5 Hz");
+        "found '" + Printable(text) +
+            "', expected a rate in Hz of more than 0 and at most 1e5");
   }
   return rate_hz;
 }
@@ -144,7 +145,7 @@ int64_t OffsetOf(const std::string& view, const std::string& text) {
   if (error != std::errc() || at != end) {
     throw OptionError(
         "input.view_frame_offset." + view,
-        "found '" + Printable(text) + "', expected a number of frames");
+        "found '" + Printable(text) + "', expected a whole number of frames");
   }
   return offset;
 }
@@ -165,8 +166,8 @@ DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
 }
 
 EstimatorFactory FeedbackOf(const RunOptions& options) {
-  // Called for the people of a replay one after the other, with and without
-  // cameras. Their estimators must not share learnt data.
+  // A replay makes estimators for one person after the other, with and without
+  // cameras; they must not share learnt data.
   EstimatorOptions alone = options.estimators;
   alone.graph.view_bias = ViewBiasUse::kOff;
   return MakeEstimators(alone).feedback;

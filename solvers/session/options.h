@@ -20,11 +20,11 @@ namespace kinegraph {
 
 struct InputOptions {
   double frame_rate_hz = 0.0;  // 0: from the files
-  // Repeats the first frame this often before the recording, as in the authors'
-  // warm-up; repetitions are not written.
+  // Number of times the first frame is repeated before the recording, as in the
+  // warm-up of the paper's authors; repetitions are not written.
   int64_t repeat_first_frame = 0;
-  bool independent_frames = false;  // single frames without motion between them
-  bool skip_bad_frames = false;     // in our own detections
+  bool independent_frames = false;  // frames are unrelated in time
+  bool skip_bad_frames = false;     // in kinegraph's JSON Lines
   // View -> rate [Hz] at which its files count frames, if different.
   std::map<std::string, std::string> view_frame_rate;
   // View -> offset subtracted from the frame numbers of its files.
@@ -42,7 +42,7 @@ struct OutputOptions {
 struct RunOptions {
   EstimatorOptions estimators;
   InputOptions input;
-  std::string skeleton;  // of the tracks; empty: the detections'
+  std::string skeleton;  // of the tracks; empty: that of the detections
   CameraReadOptions cameras;
   RefineOptions refine;  // part of the cameras table
   // Size of the subject (subject_scale.h); 0: measured.

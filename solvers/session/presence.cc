@@ -12,12 +12,13 @@
 namespace kinegraph {
 namespace {
 
-// Upper ends of all bins of confidence except the last.
+// Upper ends of all confidence bins except the last.
 constexpr std::array<double, 8> kEnds = {0.01, 0.03, 0.1, 0.2,
                                          0.3,  0.4,  0.5, 0.6};
 constexpr double kSure = 0.6;
-// As a share of a person's size in the image: beyond a limb, the error of a
-// detector that confuses two joints.
+// Distance, as a fraction of a person's size in the image, beyond which a joint
+// counts as astray: about a limb's length, as when a detector confuses two
+// joints.
 constexpr double kAstrayShare = 0.3;
 
 }  // namespace
@@ -59,7 +60,8 @@ double PresenceLearner::SureDistance(int view_a, const Ideal& a, int view_b,
 }
 
 void PresenceLearner::See(const DetectionFrame& frame) {
-  // Of the size; different people are farther apart.
+  // Maximum distance of one person's detections, as a fraction of the size;
+  // different people are farther apart.
   constexpr double kOnePerson = 0.1;
   std::vector<std::vector<Ideal>> ideal;
   for (size_t v = 0; v < frame.views.size(); ++v) {
@@ -114,7 +116,7 @@ double PresenceLearner::LeastConfidence() const {
   struct Pool {
     int64_t seen = 0;
     int64_t astray = 0;
-    double end = 0.0;  // of its confidences
+    double end = 0.0;  // upper end of its confidences
     double share() const {
       return static_cast<double>(astray) / static_cast<double>(seen);
     }

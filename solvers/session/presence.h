@@ -1,7 +1,8 @@
-// The confidence below which a detector's joints count as absent. Some
+// Learns the confidence below which a detector's joints count as absent. Some
 // detectors report a position for every joint, even the maximum of a heat map
-// that is low everywhere. That is not a measurement with a large error, so that
-// weighting by confidence (solvers/noise/frame_points.h) cannot describe it.
+// that is low everywhere. Such a position is not a measurement with a large
+// error, so weighting by confidence (solvers/noise/frame_points.h) cannot
+// describe it.
 #ifndef KINEGRAPH_SOLVERS_SESSION_PRESENCE_H_
 #define KINEGRAPH_SOLVERS_SESSION_PRESENCE_H_
 
@@ -22,20 +23,20 @@ namespace kinegraph {
 // Detections are matched between views by joints with high confidence in both.
 class PresenceLearner {
  public:
-  // `cameras` must outlive it.
+  // `cameras` must outlive the learner.
   explicit PresenceLearner(const CameraRig& cameras);
 
   void See(const DetectionFrame& frame);
 
-  // Joints with less confidence are absent; 0: none are, or there are too few
-  // observations.
+  // The confidence below which joints are absent; 0 if none are, or if there
+  // are too few observations.
   double LeastConfidence() const;
 
  private:
   static constexpr size_t kBinCount = 9;
   struct Bin {
     int64_t seen = 0;
-    int64_t astray = 0;  // of them
+    int64_t astray = 0;  // of these
   };
   // A detection's joints, undistorted.
   struct Ideal {
@@ -44,8 +45,8 @@ class PresenceLearner {
   };
 
   Ideal IdealOf(const Detection& detection, const Camera& camera) const;
-  // Median over the joints with high confidence in both; infinite if fewer than
-  // four.
+  // Median epipolar distance of the joints with high confidence in both
+  // detections; infinite if there are fewer than four.
   double SureDistance(int view_a, const Ideal& a, int view_b,
                       const Ideal& b) const;
   void Compare(int view_a, const Ideal& a, int view_b, const Ideal& b);

@@ -36,8 +36,8 @@ RefinementRecord RecordOf(const RunScene& scene, const Refinement& refinement,
   return record;
 }
 
-// `detections` of all views with the record's clocks; views that the run does
-// not use, and cameras without a record, are unchanged.
+// `detections` with the clocks of the record applied; views that the run does
+// not use, or whose camera has no record, are unchanged.
 DetectionSequence Clocked(const RunScene& scene, const RefinementRecord& record,
                           const DetectionSequence& detections) {
   std::vector<CameraChange> changes(detections.header.view_names.size(),
@@ -54,7 +54,7 @@ DetectionSequence Clocked(const RunScene& scene, const RefinementRecord& record,
   return WithClocks(detections, changes);
 }
 
-// `cameras`, each replaced by the one of its name in `others`, if any.
+// `cameras`, each replaced by the camera of the same name in `others`, if any.
 CameraRig WithNamesakes(CameraRig cameras, const CameraRig& others) {
   for (Camera& camera : cameras) {
     for (const Camera& other : others) {
@@ -150,7 +150,7 @@ std::unique_ptr<CameraUncertainty> UncertaintyOf(
     const RefinementRecord& record, const RunScene& scene,
     const Skeleton& detection_skeleton) {
   if (record.covariance.rows() == 0) return nullptr;
-  // Rows of those of the record's cameras that the run uses.
+  // The rows of the covariance that belong to cameras used by the run.
   std::vector<std::vector<int>> places;
   std::vector<Eigen::Index> rows;
   for (const Camera& camera : scene.model.cameras) {
@@ -187,8 +187,8 @@ ReadyRecording MakeRecordingReady(
   if (has_clocks && options.refine.any()) {
     throw OptionError(
         options.refine.refine_clock ? "cameras.refine_clock" : "cameras.refine",
-        "the clocks of this calibration are refined already: start from the "
-        "calibration as it was before, or leave out cameras.refine and "
+        "this calibration contains refined clocks already: use the calibration "
+        "from before the refinement, or leave out cameras.refine and "
         "cameras.refine_clock");
   }
   if (has_clocks) {
@@ -201,7 +201,8 @@ ReadyRecording MakeRecordingReady(
     ready = RefineRecording(options, request, own);
   }
   if (options.refine.ground == GroundKind::kOff) return ready;
-  // From one more run over the recording, with the current cameras.
+  // The ground is estimated from one more run over the recording, with the
+  // current cameras.
   RunRequest refined = request;
   refined.cameras = ready.cameras;
   ready.ground = FindGround(

@@ -1,6 +1,6 @@
 // Changes to cameras and clocks before a recording is tracked: the clocks
 // recorded in a calibration, refinement (cameras.refine, cameras.refine_clock),
-// and the floor (cameras.ground).
+// and the transformation to the floor (cameras.ground).
 #ifndef KINEGRAPH_SOLVERS_SESSION_READY_RECORDING_H_
 #define KINEGRAPH_SOLVERS_SESSION_READY_RECORDING_H_
 
@@ -20,34 +20,37 @@
 
 namespace kinegraph {
 
-// Whether the options request anything that needs the whole recording first.
+// Whether the options request changes that require the whole recording before
+// tracking.
 bool ChangesCameras(const RunOptions& options);
 
-// The time from which WithClocks counts drifts.
+// The time of the middle of the recording [s], relative to which WithClocks
+// applies drifts.
 double MiddleOf(const DetectionSequence& detections);
 
 // The requested frames with the clocks of a record, as in the run that wrote
-// it. Throws as PrepareScene.
+// it. Throws what PrepareScene throws.
 DetectionSequence WithRecordedClocks(const RunOptions& options,
                                      const RunRequest& request,
                                      const RefinementRecord& record,
                                      const DetectionSequence& detections);
 
-// The effect of the record's uncertainty on the joints of a run; null if it
-// covers none of the run's cameras.
+// The effect of the cameras' recorded uncertainty on the joints of a run; null
+// if the record contains none of the run's cameras.
 std::unique_ptr<CameraUncertainty> UncertaintyOf(
     const RefinementRecord& record, const RunScene& scene,
     const Skeleton& detection_skeleton);
 
 struct ReadyRecording {
-  CameraRig cameras;  // those of the request; refined, on the floor
-  // From this refinement, else from the calibration.
+  CameraRig cameras;  // of the request, after refinement and ground
+  // Of this refinement or, without one, of the calibration.
   std::optional<RefinementRecord> record;
   std::optional<Refinement> refinement;  // one change per used view
-  // By the refined cameras, before the floor; nullopt: none was changed.
+  // Change of the world by the refinement of cameras, before the transformation
+  // to the floor; nullopt if no camera was changed.
   std::optional<WorldMotion> world_motion;
   std::optional<Ground> ground;
-  bool misses_ground = false;  // requested, but too few feet rest
+  bool misses_ground = false;  // requested, but too few feet were at rest
   // The requested frames of all views with corrected clocks; nullopt:
   // unchanged.
   std::optional<DetectionSequence> detections;
@@ -59,14 +62,14 @@ struct ReadyRecording {
 
 // Refines the parameters that the options request, from the matches of one
 // tracking run; if clocks are requested, after a search for whole-frame lags.
-// Throws as PrepareScene.
+// Throws what PrepareScene throws.
 ReadyRecording RefineRecording(const RunOptions& options,
                                const RunRequest& request,
                                const DetectionSequence& detections);
 
 // `recorded`: the record of an earlier run in the request's calibration. `read`
-// is called if the recording is needed. Throws as PrepareScene, and OptionError
-// if refined parameters would be refined again.
+// is called if the recording is needed. Throws what PrepareScene throws, and
+// OptionError if refined clocks would be refined again.
 ReadyRecording MakeRecordingReady(
     const RunOptions& options, const RunRequest& request,
     const std::optional<RefinementRecord>& recorded,

@@ -24,8 +24,8 @@
 namespace kinegraph {
 namespace {
 
-constexpr size_t kErrorSample = 4096;  // errors kept for quantiles
-// People in a view; higher numbers are clamped.
+constexpr size_t kErrorSample = 4096;  // sample size of errors for quantiles
+// Upper bound of the counted people in a view.
 constexpr size_t kMaxCounted = 64;
 
 // A uniform sample of a stream of numbers of any length (Vitter's reservoir
@@ -42,7 +42,7 @@ class StreamSample {
     const auto place = static_cast<size_t>(random_.Index(count_));
     if (place < size_) values_[place] = value;
   }
-  int64_t count() const { return count_; }  // of all numbers
+  int64_t count() const { return count_; }  // all numbers, not the sample
   // 0 without values.
   double Quantile(double share) const {
     if (values_.empty()) return 0.0;
@@ -83,17 +83,17 @@ CameraReport ReportOf(const CameraStatistics& camera) {
   return report;
 }
 
-// Results from a person's limbs: stature, variation of the lengths, and
-// difference between left and right.
+// Results from a person's limbs: stature, variation of lengths, and difference
+// between left and right.
 PersonReport ReportOf(const PersonStatistics& person) {
-  // With fewer lengths a bone is ignored.
+  // Bones with fewer measured lengths are ignored.
   constexpr int64_t kEnough = 10;
   PersonReport report = person.counts;
   double length_m = 0.0;
   double share = 0.0;
   std::vector<double> spreads;
   std::vector<double> differences;
-  double left_m = 0.0;  // length of the left partner
+  double left_m = 0.0;  // length of the left limb of a pair
   for (size_t i = 0; i < Limbs::kCount; ++i) {
     const StreamSample& sample = person.limbs_m[i];
     double median_m = 0.0;
@@ -227,8 +227,9 @@ struct RecordingReporter::Impl {
     return report;
   }
 
-  // Adds views with hardly any matches that show no more people than were
-  // written. Their detections may lie at the people's positions by chance.
+  // Adds views with hardly any matches that show about as many people as were
+  // written. CameraCheck misses such a view if its detections lie at people's
+  // positions by chance.
   static void AddStrangers(RecordingReport* report) {
     constexpr double kOthers = 1.2;  // margin for other people in an image
     using Kind = CameraWarning::Kind;
@@ -247,8 +248,8 @@ struct RecordingReporter::Impl {
       report->cameras_off.push_back(
           {Kind::kHardlySeen,
            name + " shows " + std::to_string(camera.detections) +
-               " people, of whom " + std::to_string(camera.matched) +
-               " are matched to one who was found"});
+               " people, of whom only " + std::to_string(camera.matched) +
+               " are matched with a tracked person"});
     }
   }
 
@@ -280,7 +281,8 @@ struct RecordingReporter::Impl {
   DoctorInput BeginningOf() const {
     DoctorInput input;
     input.cameras = scene_.model.cameras;
-    // In the run's metres, except for people, whose unit the doctor checks.
+    // In the run's metres, except for people, because the doctor checks their
+    // statures.
     if (!IsHuman(detection_skeleton_)) {
       input.cameras = scale_.IntoRun(input.cameras);
     }
@@ -353,7 +355,7 @@ struct RecordingReporter::Impl {
     }
   }
 
-  // A key of the configuration with which the recording was tracked.
+  // Value of a key of the configuration with which the recording was tracked.
   template <typename Value>
   Value KeyOf(const char* table, const char* key, Value otherwise) const {
     const Json config = Json::parse(scene_.header.config_json, nullptr, false);
@@ -365,8 +367,9 @@ struct RecordingReporter::Impl {
     return KeyOf("input", "independent_frames", false);
   }
 
-  // 0 for gates in pixels, and where association predicts that people continue
-  // their motion: then they are followed at any speed.
+  // Greatest speed covered by the gates. 0 for gates in pixels, and if
+  // association predicts that people continue their motion, because people are
+  // then followed at any speed.
   double FollowedSpeed() const {
     if (KeyOf("gates", "units", std::string()) != "metres" ||
         KeyOf("association", "prediction_s", 0.0) > 0.0) {
@@ -377,8 +380,8 @@ struct RecordingReporter::Impl {
            KeyOf("gates", "speed_mps", usual.speed_mps);
   }
 
-  // Records the time since the previous frame; called before SeeSpeeds, which
-  // sets last_time_.
+  // Records the time since the previous frame; to be called before SeeSpeeds,
+  // which sets last_time_.
   void SeeStep(const TrackFrame& frame) {
     if (frames_ < 2) return;
     constexpr size_t kMostHoles = 100000;
@@ -418,7 +421,7 @@ struct RecordingReporter::Impl {
   const RunScene& scene_;
   const bool is_stream_;
   const Skeleton detection_skeleton_;
-  const int least_joints_;  // required of a detection
+  const int least_joints_;  // required for a detection to count
   const std::vector<int> map_;
   const Limbs limbs_;
   const std::vector<const Skeleton*> candidates_;

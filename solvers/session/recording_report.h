@@ -28,10 +28,10 @@ namespace kinegraph {
 struct CameraReport {
   std::string view;
   std::string camera;
-  int64_t detections = 0;  // with enough joints to be considered
-  int64_t matched = 0;     // of these, with a person who was written
-  int64_t joints = 0;      // of these, with a position
-  // Distance [px] of matched joints from the projected ones.
+  int64_t detections = 0;  // detections with enough joints
+  int64_t matched = 0;     // of these, detections of written people
+  int64_t joints = 0;      // joints of these that also have a 3D position
+  // Distance [px] of matched joints from the projections of the poses.
   double median_px = 0.0;
   double p90_px = 0.0;
   double person_px = 0.0;  // median diagonal of the box around a person
@@ -61,33 +61,34 @@ struct RecordingReport {
   std::string skeleton;
   double median_px = 0.0;  // over all cameras
   double p90_px = 0.0;
-  // The number of people that some view shows in at least one of twenty frames.
+  // The largest number of people that a view shows in at least 5 % of the
+  // frames.
   int most_people_in_a_view = 0;
-  // Joints with less confidence were treated as absent (presence.h); 0: none
-  // were.
+  // Joints with a lower confidence were treated as absent (presence.h); 0: all
+  // joints were used.
   double least_confidence = 0.0;
   double height_m = 0.0;      // median over people, weighted by their frames
-  double joints_of_17 = 0.0;  // usual number of a detection; 0: unknown
+  double joints_of_17 = 0.0;  // median of a detection; 0: unknown
   PairedBy paired_by = PairedBy::kMap;  // how views were paired with cameras
   std::vector<CameraReport> cameras;
   std::vector<PersonReport> people;  // ascending ids
   std::vector<CameraWarning> cameras_off;
-  // Implausible results, the doctor's findings without tracking and, unless
-  // these explain them, problems of single cameras.
+  // The doctor's findings without tracking, and, unless these explain them,
+  // implausible results and problems of individual cameras.
   std::vector<Finding> warnings;
 };
 
-// Collects data while frames pass; memory grows only with the number of people,
-// by 40 KB each or, for a stream, by the size of their report.
+// Collects data frame by frame; memory grows only with the number of people, by
+// 40 KB per person or, for a stream, by the size of a PersonReport.
 class RecordingReporter {
  public:
-  // `is_stream`: people who have been away for a minute do not return under the
-  // same identity, so their data is summarised.
+  // `is_stream`: summarises the data of people who have been away for a minute,
+  // because they do not return under the same identity.
   RecordingReporter(const RunScene& scene, const Skeleton& detection_skeleton,
                     bool is_stream = false);
-  // Before Report: the scale of the run (Session::scale).
+  // Sets the scale of the run (Session::scale); to be called before Report.
   void set_scale(const SubjectScale& scale);
-  // Frames that are not passed are empty frames, not gaps.
+  // If true, frames that are not passed are empty frames, not gaps.
   void set_empty_frames_left_out(bool left_out);
   ~RecordingReporter();
   RecordingReporter(const RecordingReporter&) = delete;

@@ -13,11 +13,10 @@
 namespace kinegraph {
 namespace {
 
-// Limits of plausibility, not fitted to any score. Values of good recordings in
-// the comments.
-constexpr double kMaxErrorShare = 0.06;    // of a person's size; Shelf: 0.02
-constexpr double kMinMatched = 0.4;        // share of detections
-constexpr double kNearlyAllMatched = 0.9;  // share of detections
+// Limits of plausibility, not tuned on any benchmark.
+constexpr double kMaxErrorShare = 0.06;    // of a person's size (Shelf: 0.02)
+constexpr double kMinMatched = 0.4;        // fraction of detections
+constexpr double kNearlyAllMatched = 0.9;  // fraction of detections
 constexpr double kMaxSpread = 0.5;         // (p90 - p10) / median of a limb
 constexpr double kMaxSideDifference = 0.2;
 
@@ -50,11 +49,11 @@ class Warnings {
     if (holds) Add(kind, std::move(evidence), kLookCloser);
   }
 
-  // Unit of the calibration. True when people have no plausible height;
-  // non-human subjects may have any size and distance.
+  // Checks the unit of the calibration. Returns true if people's heights are
+  // implausible; non-human subjects may have any size.
   bool AddScale() {
     if (!report_->is_human) return AddScaleOfOthers();
-    // In a world that is too small or too large no person is tracked.
+    // If the world is much too small or too large, no person is tracked.
     const double height_m =
         report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;
     const double distance_m = report_->working_distance_m;
@@ -66,15 +65,14 @@ class Warnings {
         height_is_wrong ? UnitsThatFit(height_m, kMinHeight, kMaxHeight)
                         : UnitsThatFit(distance_m, kMinDistance, kMaxDistance);
     const std::string found =
-        height_is_wrong
-            ? fmt::format("people are {:.3g} m tall", height_m)
-            : fmt::format("the cameras look at a place {:.3g} m away",
-                          distance_m);
+        height_is_wrong ? fmt::format("people are {:.3g} m tall", height_m)
+                        : fmt::format("the cameras view a volume {:.3g} m away",
+                                      distance_m);
     Add("unit",
-        found + ", which no person and no room is" +
+        found + ", which is implausible" +
             (units.empty() ? "; the scale of the calibration (cameras.unit), "
-                             "the skeleton (detections.skeleton) or which "
-                             "camera is which may be wrong"
+                             "the skeleton (detections.skeleton) or the "
+                             "pairing of views and cameras may be wrong"
                            : "; lengths of the calibration seem to be in "
                              "another unit"),
         units.empty() ? kLookCloser : units);
@@ -85,9 +83,10 @@ class Warnings {
     const double distance_m = report_->working_distance_m;
     if (distance_m <= kMaxDistance) return false;
     Add("unit",
-        fmt::format("the cameras look at a place {:.3g} m away", distance_m) +
+        fmt::format("the cameras view a volume {:.3g} m away", distance_m) +
             (report_->subject_m > 0.0
-                 ? fmt::format(", on a subject of {:.3g} m", report_->subject_m)
+                 ? fmt::format(", with a subject of {:.3g} m",
+                               report_->subject_m)
                  : "") +
             "; lengths of the calibration seem to be in another unit",
         UnitsThatFit(distance_m, kNearest, kMaxDistance));
@@ -101,17 +100,16 @@ class Warnings {
     }
     if (views < 2) {
       Add("nobody", "no person was found: fewer than two views show anybody",
-          "look at the detections with `kinegraph report`, or at the video");
+          "inspect the detections with `kinegraph report`, or the video");
       return;
     }
     if (AddFewJoints() || AddEmptyFrames()) return;
     Add("nobody",
-        fmt::format(
-            "no person was found, though {} views show people: they may "
-            "have each other's cameras (cameras.map), other frames "
-            "than each other, turned or mirrored images, or a "
-            "calibration of another set-up",
-            views),
+        fmt::format("no person was found, though {} views show people: views "
+                    "may be paired with wrong cameras (cameras.map), their "
+                    "frames may not correspond, images may be rotated or "
+                    "mirrored, or the calibration may belong to another set-up",
+                    views),
         kLookCloser);
   }
 
@@ -122,30 +120,28 @@ class Warnings {
       return fmt::format("{} of {} people were found", found,
                          report_->most_people_in_a_view);
     }
-    return fmt::format(
-        "{:.0f} % of the detections belong to a person who was "
-        "found",
-        100.0 * MatchedShare());
+    return fmt::format("{:.0f} % of the detections belong to a tracked person",
+                       100.0 * MatchedShare());
   }
 
-  // Too few joints for a new person, where a person was not found.
+  // Warns if detections have too few joints for a new person.
   bool AddFewJoints() {
     const auto fewer =
         FewerJoints(report_->joints_of_17, facts_.least_joints_of_17);
     if (!fewer.has_value()) return false;
     Add("joints",
-        fmt::format(
-            "{}, and half of the detections show {:.0f} of 17 joints or "
-            "fewer: a new person needs {:.0f}, in two views",
-            WhatWasFound(), report_->joints_of_17, facts_.least_joints_of_17),
+        fmt::format("{}, and half of the detections show {:.0f} of 17 joints "
+                    "or fewer: a new person requires {:.0f} in two views",
+                    WhatWasFound(), report_->joints_of_17,
+                    facts_.least_joints_of_17),
         fmt::format("--set=\"initialisation.min_common_joints={0};"
                     "initialisation.min_joints={0}\"",
                     *fewer));
     return true;
   }
 
-  // Empty frames among those with people: a detector that did not run on every
-  // frame, which paper mode treats as misses.
+  // Warns of many empty frames, as of a detector that did not run on every
+  // frame, because paper mode treats them as misses.
   bool AddEmptyFrames() {
     constexpr double kMany = 0.2;  // of the frames
     const double share =
@@ -158,7 +154,7 @@ class Warnings {
             "shows anybody: a new person must be detected in several "
             "consecutive frames",
             100.0 * share),
-        "leave frames out of the file in which the detector did not run, or "
+        "omit the frames on which the detector did not run from the file, or "
         "track with --mode=graph, which adapts to the detector's frame rate");
     return true;
   }
@@ -170,21 +166,23 @@ class Warnings {
     }
     const double share = Median(shares);
     AddIf(share > kMaxErrorShare, "error",
-          fmt::format("poses are {:.1f} px from the detections in the median, "
-                      "{:.0f} % of a person's size in the image: calibration, "
-                      "pairing of views and cameras, or clocks may be wrong",
-                      report_->median_px, 100.0 * share));
-    // Few matches may be correct where views also show other people, such as
+          fmt::format(
+              "the median distance of poses from detections is {:.1f} px, "
+              "{:.0f} % of a person's size in the image: calibration, pairing "
+              "of views and cameras, or clocks may be wrong",
+              report_->median_px, 100.0 * share));
+    // Few matches may be correct if views also show other people, such as
     // patients in the other beds of a ward.
     AddIf(!facts_.views_examined && MatchedShare() < kMinMatched, "matched",
-          fmt::format("{:.0f} % of the detections belong to a person who was "
-                      "found: views may have each other's cameras "
-                      "(cameras.map), other frames than each other, turned or "
-                      "mirrored images",
-                      100.0 * MatchedShare()));
+          fmt::format(
+              "{:.0f} % of the detections belong to a tracked person: views "
+              "may be paired with wrong cameras (cameras.map), their frames "
+              "may not correspond, or images may be rotated or mirrored",
+              100.0 * MatchedShare()));
   }
 
-  // Share of the detections matched with a person; 1 if there are few.
+  // Fraction of the detections matched with a person; 1 if there are few
+  // detections.
   double MatchedShare() const {
     int64_t detections = 0;
     int64_t matched = 0;
@@ -216,8 +214,8 @@ class Warnings {
                       100.0 * spread));
     AddIf(difference > kMaxSideDifference, "bones",
           fmt::format("left and right limbs differ by {:.0f} %: a view may be "
-                      "mirrored, or the skeleton's order of joints wrong "
-                      "(detections.skeleton)",
+                      "mirrored, or the skeleton's order of joints may be "
+                      "wrong (detections.skeleton)",
                       100.0 * difference));
   }
 
@@ -226,20 +224,21 @@ class Warnings {
     if (faster.has_value()) {
       Add("speed",
           fmt::format(
-              "people move at {:.1f} m/s, and gates follow up to {:.1f} "
-              "m/s at {:.6g} Hz: who is fast may get several identities",
+              "people move at {:.1f} m/s, but gates cover only {:.1f} m/s at "
+              "{:.6g} Hz: fast people may get several identities",
               facts_.body_speed_mps, facts_.followed_mps,
               report_->frame_rate_hz),
           fmt::format("--set=gates.speed_mps={:.0f}", *faster));
     }
     if (!report_->is_human || !(facts_.body_speed_mps > kMaxBodySpeed)) return;
     Add("rate",
-        fmt::format("people move at {:.1f} m/s at {:.6g} Hz",
+        fmt::format("people move at {:.1f} m/s if the frame rate is {:.6g} Hz",
                     facts_.body_speed_mps, report_->frame_rate_hz),
         "the frame rate may be wrong (input.frame_rate)");
   }
 
-  // Holes between frames, over which people cannot be followed.
+  // Warns of times that do not ascend, and of gaps between frames over which
+  // people cannot be followed.
   void AddSteps() {
     if (facts_.independent_frames) return;
     if (facts_.steps_back > 0) {
@@ -247,8 +246,8 @@ class Warnings {
           fmt::format("the clock stops or steps back {} {}: tracks end there",
                       facts_.steps_back,
                       facts_.steps_back == 1 ? "time" : "times"),
-          "look at the times in the detections; without \"time\" a frame's "
-          "is its number over the frame rate");
+          "check the times in the detections; without \"time\", a frame's time "
+          "is its number divided by the frame rate");
     }
     // The doctor reports frames that are all far apart.
     if (2 * static_cast<int64_t>(facts_.holes_s.size()) > report_->frames ||
@@ -260,8 +259,8 @@ class Warnings {
     Add("frames",
         fmt::format("{} {} in the recording, up to {:.3g} s without a frame",
                     facts_.holes_s.size(),
-                    facts_.holes_s.size() == 1 ? "hole" : "holes", longest_s),
-        facts_.links ? "tracks end at those longer than tracking.max_age_s"
+                    facts_.holes_s.size() == 1 ? "gap" : "gaps", longest_s),
+        facts_.links ? "tracks end at gaps longer than tracking.max_age_s"
                      : "--set=identity.link=true");
   }
 
@@ -271,18 +270,19 @@ class Warnings {
         MatchedShare() < kNearlyAllMatched) {
       AddFewJoints();
     }
-    // Single independent images are not linked.
+    // Unrelated frames are not linked.
     if (facts_.independent_frames) return;
     if (identities <= 2 * report_->most_people_in_a_view + 2) return;
     Add("identities",
-        fmt::format("{} identities, though no view shows more than {} at "
-                    "once: some may come and go, or be lost and found",
-                    identities, report_->most_people_in_a_view),
+        fmt::format(
+            "{} identities, though views hardly ever show more than {} people "
+            "at once: people may leave and return, or be lost and found again",
+            identities, report_->most_people_in_a_view),
         facts_.links ? kLookCloser : "--set=identity.link=true");
   }
 
-  // People who are not tracked, view by view: the average over all people hides
-  // them.
+  // Warns of people who are never tracked, by view; averages over all people do
+  // not reveal them.
   void AddUnfollowed() {
     constexpr size_t kMost = 8;  // lines
     if (facts_.independent_frames) return;
@@ -290,12 +290,11 @@ class Warnings {
     for (size_t i = 0; i < std::min(all.size(), kMost); ++i) {
       const UnfollowedPerson& one = all[i];
       Add("unfollowed",
-          fmt::format(
-              "view {}: a person is seen in {:.0f} % of the frames "
-              "({}..{}) and never followed; a track needs two views that "
-              "agree on four joints of 17 or more",
-              report_->cameras[one.view].view, 100.0 * one.share,
-              one.first_frame, one.last_frame),
+          fmt::format("view {}: a person is detected in {:.0f} % of the frames "
+                      "({}..{}) but never tracked; a track needs two views "
+                      "that agree on at least four of 17 joints",
+                      report_->cameras[one.view].view, 100.0 * one.share,
+                      one.first_frame, one.last_frame),
           kLookCloser);
     }
   }
@@ -348,8 +347,8 @@ std::optional<double> FasterGate(double body_speed_mps, double followed_mps) {
 
 std::optional<int> FewerJoints(double joints_of_17, double least) {
   constexpr double kWellWithin = 1.25;
-  constexpr double kCommon = 0.55;  // of the joints in a view
-  constexpr double kFewest = 4.0;   // position and direction of a body
+  constexpr double kCommon = 0.55;  // fraction of a view's joints
+  constexpr double kFewest = 4.0;   // determine position and orientation
   if (!(joints_of_17 > 0.0) || joints_of_17 >= kWellWithin * least) {
     return std::nullopt;
   }
@@ -366,23 +365,24 @@ std::string UnitsThatFit(double length_m, double least_m, double most_m) {
     if (length < least_m || length > most_m) continue;
     fixes +=
         std::string(fixes.empty() ? "" : " or ") + "--set=cameras.unit=" + unit;
-    if (metres > 1.0) break;  // independent of the unit that was read
+    if (metres > 1.0) break;  // the flag is the same for both factors
   }
   return fixes;
 }
 
 namespace {
 
-// The doctor's findings for the report, which words the unit itself.
+// The doctor's findings for the report, without the unit if the report has its
+// own warning about it.
 std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
   std::vector<Finding> causes;
   for (Finding finding : diagnosis.findings) {
     if (!finding.significant || (finding.kind == "unit" && knows_unit))
       continue;
-    // To whole frames only, misoriented cameras may resemble clock errors; and
-    // the report writes no cameras.
+    // At a resolution of whole frames, misoriented cameras may resemble clock
+    // errors; and the report writes no cameras.json.
     if (finding.kind == "clock_offset") {
-      finding.evidence += "; if it is the clock " + finding.fix;
+      finding.evidence += "; if this is a clock error, use " + finding.fix;
       finding.fix = kLookCloser;
     } else if (finding.fix.rfind(kUseCorrected, 0) == 0) {
       finding.fix = kLookCloser;
@@ -406,9 +406,10 @@ void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
   report->warnings.insert(report->warnings.begin(),
                           std::make_move_iterator(causes.begin()),
                           std::make_move_iterator(causes.end()));
-  // Whether the doctor has found an explanation for the rest and a flag that
-  // corrects it. Findings that need a closer look may have another cause:
-  // misoriented cameras resemble cropped images, or clock errors.
+  // Whether the doctor has found an explanation of the other problems and a
+  // flag that corrects it. Findings whose fix is another run of the doctor may
+  // have another cause: misoriented cameras resemble cropped images or clock
+  // errors.
   const bool is_explained = any([](const Finding& one) {
     return one.confidence > 0.5 && one.fix != kLookCloser;
   });
@@ -419,7 +420,7 @@ void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
     }
     return;
   }
-  // Implausible results are not reported if their cause is.
+  // Implausible results are omitted if their cause is reported.
   auto& all = report->warnings;
   all.erase(std::remove_if(all.begin(), all.end(),
                            [](const Finding& one) {

@@ -1,4 +1,4 @@
-// Warnings where the results of a run indicate a problem of the set-up. For
+// Warnings if the results of a run indicate a problem of the set-up. For
 // solvers/session only.
 #ifndef KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_
 #define KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_
@@ -19,14 +19,14 @@ namespace kinegraph {
 
 // Input of the warnings besides the report.
 struct RecordingFacts {
-  double stature_m = 0.0;       // of people matched between views, untracked
+  double stature_m = 0.0;       // of untracked people matched between views
   double body_speed_mps = 0.0;  // 95th percentile, mid-hip
-  // Speed that gates in metres follow; 0: other gates.
+  // Greatest speed covered by gates in metres; 0: gates in other units.
   double followed_mps = 0.0;
-  std::vector<double> holes_s;  // longer steps than kHole, ascending in time
+  std::vector<double> holes_s;  // frame intervals longer than kHole, in order
   // Number of times the clock stopped or stepped back.
   int64_t steps_back = 0;
-  // Among report.frames: no detections in any view.
+  // Number of frames without detections in any view.
   int64_t empty_frames = 0;
   // Whether the doctor could examine the views; if so, it reports their
   // problems.
@@ -34,8 +34,8 @@ struct RecordingFacts {
   bool independent_frames = false;  // input.independent_frames
   bool in_seconds = false;          // graph mode
   bool links = false;               // identity.link
-  // Joints of 17 required of a new person (initialisation.min_joints); 0:
-  // unknown.
+  // Number of joints, of 17, required of a new person
+  // (initialisation.min_joints); 0: unknown.
   double least_joints_of_17 = 0.0;
   std::vector<UnfollowedPerson> unfollowed;
 };
@@ -47,26 +47,28 @@ int LeastJoints(const Skeleton& skeleton);
 // Number of found association joints, scaled to 17.
 double JointsOf17(const Detection& detection, const Skeleton& skeleton);
 
-// The number of joints of 17 that should be required of a new person, where
-// detections usually have `joints_of_17`; nullopt if `least` is well within
-// that. If two views each miss a third of the joints, half are common.
+// The number of joints, of 17, that should be required of a new person if
+// detections typically have `joints_of_17`; nullopt if `least`, the current
+// requirement, is low enough. If two views each miss a third of the joints,
+// half of the joints are common.
 std::optional<int> FewerJoints(double joints_of_17, double least);
 
-// Recommended gates.speed_mps [m/s] for people who move at `body_speed_mps`,
-// where gates follow up to `followed_mps`; nullopt if that suffices. A gate is
-// as wide as the distance moved between two frames, and limbs are faster than
-// the body.
+// Recommended gates.speed_mps [m/s] for people who move at `body_speed_mps`, if
+// gates cover speeds up to `followed_mps`; nullopt if that suffices. Gates must
+// cover the distance moved between two frames, and limbs are faster than the
+// body.
 std::optional<double> FasterGate(double body_speed_mps, double followed_mps);
 
 // Median height of the people, weighted by their frames; 0 if unknown.
 double TypicalHeight(const std::vector<PersonReport>& people);
 
-// Other possible units of the calibration's lengths, as flags joined by " or ":
-// those that bring `length_m` into the range; empty: none.
+// Other units of the calibration's lengths with which `length_m` would be in
+// the range, as flags joined by " or "; empty if there are none.
 std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
-// Adds the doctor's findings without tracking, then implausible results. Where
-// a finding explains them, these and RecordingReport::cameras_off are omitted.
+// Adds the doctor's findings without tracking, then implausible results. If a
+// finding explains them, implausible results and RecordingReport::cameras_off
+// are omitted.
 void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
                  RecordingReport* report);
 

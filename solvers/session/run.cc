@@ -65,8 +65,8 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
   Session session(options, asked, recorded.header,
                   [&] { return std::make_unique<MemorySource>(recorded); });
   if (progress) session.set_progress(progress);
-  // The effect of the cameras' uncertainty on the covariances, which needs the
-  // matches.
+  // Adds the effect of the cameras' uncertainty to the covariances, which
+  // requires the matches.
   const std::unique_ptr<CameraUncertainty> uncertainty =
       ready.record.has_value() ? UncertaintyOf(*ready.record, session.scene(),
                                                recorded.header.skeleton)
@@ -116,7 +116,7 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
   Session session(one_pass, asked, recorded.header, std::move(estimators));
   FrozenRun run;
   run.scene = session.scene();
-  // The tracks record the requested options, not those changed above.
+  // The tracks record the requested options, not the changes above.
   run.scene.header.config_json = EffectiveConfigJson(options);
   run.tracks.header = run.scene.header;
   run.detections.header = recorded.header;

@@ -1,5 +1,5 @@
-// A whole tracking run over detections that can be read from the beginning;
-// used by every command that tracks.
+// Whole tracking runs over detections that can be read more than once; used by
+// every command that tracks.
 #ifndef KINEGRAPH_SOLVERS_SESSION_RUN_H_
 #define KINEGRAPH_SOLVERS_SESSION_RUN_H_
 
@@ -33,15 +33,16 @@ class MemorySource final : public DetectionSource {
   size_t next_ = 0;
 };
 
-// Holds the detections of frames that are not final yet: those passed to Feed
-// or, where everything waits for the end of the recording, those of a second
-// reading.
+// Provides the detections of written frames: from the frames passed to Feed,
+// which are kept until they are final, or, if all frames become final only at
+// the end, by reading the recording again.
 class UsedFrames {
  public:
-  // Without `reopen` frames come from Feed. `scene` must outlive the object.
+  // Without `reopen`, frames come from Feed. `scene` must outlive this object.
   UsedFrames(const RunScene& scene, SourceOpener reopen);
   void Feed(const DetectionFrame& used);
-  // Frames are requested in ascending order; nullptr if it does not exist.
+  // Frames must be requested in ascending order; nullptr if the frame does not
+  // exist.
   const DetectionFrame* At(int64_t frame);
 
  private:
@@ -53,15 +54,15 @@ class UsedFrames {
   DetectionFrame current_;
 };
 
-// Passes everything in `source` to `session` and finishes it; `write` gets each
-// finished frame in order.
+// Passes all frames of `source` to `session` and finishes it; `write` receives
+// the finished frames in order.
 void TrackAll(DetectionSource* source, Session* session,
               const std::function<void(TrackFrame&&)>& write);
 
-// Tracks detections in memory, after refining cameras and clocks and placing
-// the world on its floor if the options request it. `view_bias`, if not null,
-// receives the learnt bias of the detector; `progress`, if not empty,
-// the number of frames read so far.
+// Tracks detections in memory, after refining cameras and clocks and moving the
+// world onto its floor (z = 0) if the options request it. `view_bias`, if not
+// null, receives the learnt bias of the detector; `progress`, if not empty, is
+// called with the number of frames read so far.
 TrackSequence TrackSequenceOf(
     const RunOptions& options, const RunRequest& request,
     const DetectionSequence& detections, ViewBias* view_bias = nullptr,
@@ -69,19 +70,19 @@ TrackSequence TrackSequenceOf(
 
 // A run whose matches are kept (core/tracking/replay.h).
 struct FrozenRun {
-  RunScene scene;      // its cameras are in the run's metres
-  SubjectScale scale;  // of these metres
+  RunScene scene;      // cameras in the run's metres
+  SubjectScale scale;  // of the run's metres
   // As passed to the tracker: only used views, with the warm-up before
   // `first_frame`.
   DetectionSequence detections;
-  int64_t first_frame = 0;  // to be written
+  int64_t first_frame = 0;  // the first frame written
   FrozenMatches matches;
   TrackSequence tracks;  // output of the run itself
 };
 
 // Tracks detections in memory and freezes the matches, after refining cameras
-// and clocks if the options request it. A single pass: a second one
-// (tracking.second_pass) is omitted, and the world is not moved.
+// and clocks if the options request it. Runs a single pass regardless of
+// tracking.second_pass, and ignores cameras.ground.
 FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
                          const DetectionSequence& detections);
 

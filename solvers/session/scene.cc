@@ -15,9 +15,9 @@ bool IsNamed(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// The views of a run with their cameras. Views in `without` (by the name of the
-// view or its camera) are left out and, where `cameras.use` selects cameras,
-// also the views of all others.
+// The views of a run with their cameras. Views named in `without` (by view or
+// camera) are left out; if `cameras.use` selects cameras, the views of all
+// other cameras are left out too.
 struct UsedViews {
   std::vector<int> views;  // indices into the detections' views
   CameraRig cameras;
@@ -57,7 +57,7 @@ UsedViews ChooseViews(const RunOptions& options, const RunRequest& request,
     }
   }
   if (used.views.empty()) {
-    throw InputError("no view is left that has a camera");
+    throw InputError("no view with a camera is left");
   }
   return used;
 }

@@ -26,7 +26,8 @@ struct RunRequest {
   int threads = 1;                           // does not affect the result
   // Applied in order after automatic linking (core/identity/edits.h).
   std::vector<IdentityEdit> corrections;
-  // The minimum that poses keep; output.observations requests everything.
+  // Lower bound on the matches stored with each pose; output.observations
+  // raises it to kWeights.
   KeptMatches kept_matches = KeptMatches::kNone;
 };
 
@@ -35,19 +36,19 @@ struct RunScene {
   SceneModel model;                     // cameras in the order of used views
   std::vector<int> used_views;          // indices into the source's views
   std::vector<std::string> view_names;  // of the used views
-  TrackHeader header;                   // of the tracks to come
-  PairedBy paired_by = {};              // views with cameras
-  // Joints with less confidence are absent (presence.h); 0: none are.
+  TrackHeader header;                   // of the run's tracks
+  PairedBy paired_by = {};              // how views were paired with cameras
+  // Joints with a lower confidence are absent (presence.h); 0: none are.
   double least_confidence = 0.0;
 };
 
-// Pairs views with cameras, excludes unwanted ones, determines skeleton and
+// Pairs views with cameras, excludes unwanted views, determines skeleton and
 // frame rate. Throws InputError or OptionError for inconsistent input.
 RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
                       const DetectionHeader& detections);
 
-// `frame` with the scene's used views only, without absent joints; moves the
-// views.
+// Writes the used views of `frame`, without absent joints, to `kept`. The views
+// are moved out of `frame`.
 void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
                    DetectionFrame* kept);
 DetectionSequence UsedViewsOf(const RunScene& scene,

@@ -24,15 +24,16 @@
 namespace kinegraph {
 namespace {
 
-// The options with a ledger for the estimators' counts.
+// The options with a ledger that counts the estimators' solves.
 RunOptions WithLedger(RunOptions options) {
   GraphOptions& graph = options.estimators.graph;
   if (graph.ledger == nullptr) graph.ledger = std::make_shared<SolveLedger>();
   return options;
 }
 
-// Longer intervals between frames have the same effect as this one: lives, gaps
-// and absences end before it. Covariances keep their precision over it.
+// Longer intervals between frames have the same effect as this one, because
+// track lives, gaps and absences end before it. It is short enough for
+// covariances to keep their precision.
 TimeNs LongestPause(const RunOptions& options, double frame_rate_hz) {
   constexpr double kHour_s = 3600.0;
   const TrackLifeOptions life =
@@ -44,17 +45,17 @@ TimeNs LongestPause(const RunOptions& options, double frame_rate_hz) {
   return FromSeconds(std::min(longest_s, 1e9));
 }
 
-// The clock of a recording may be reset, stop, or jump by a year. Estimators
-// receive ascending times without longer pauses than have an effect; the output
-// has the recording's own times.
+// Maps the clock of a recording, which may be reset, stop, or jump by a year,
+// to ascending times for the estimators, without pauses longer than
+// LongestPause. The output has the recording's own times.
 class RecordingClock {
  public:
   explicit RecordingClock(TimeNs longest_pause)
       : longest_pause_(longest_pause) {}
 
-  // Maps the next frame to the run's time. True where the recording's clock
-  // stopped or stepped back: no track continues over it. Throws InputError,
-  // without changing state, when frame numbers do not ascend.
+  // Maps the next frame to the run's time. True if the recording's clock
+  // stopped or stepped back; no track continues over such a frame. Throws
+  // InputError, without changing state, if frame numbers do not ascend.
   bool Enter(DetectionFrame* frame) {
     const TimeNs time = frame->time;
     bool starts_anew = false;
@@ -81,7 +82,8 @@ class RecordingClock {
     return starts_anew;
   }
 
-  // Restores a frame's own time; frames ascend, and earlier ones are forgotten.
+  // Restores a frame's own time. Frames must ascend; the segments of earlier
+  // frames are discarded.
   void Leave(TrackFrame* frame) {
     while (segments_.size() > 1 && segments_[1].first_frame <= frame->frame) {
       segments_.pop_front();
@@ -90,27 +92,27 @@ class RecordingClock {
   }
 
  private:
-  // The assumed pause where the clock gives none.
+  // The assumed interval if the clock stopped or stepped back.
   static constexpr TimeNs kUnknownPause = 1'000'000'000;
-  struct Stretch {
+  struct Segment {
     int64_t first_frame = 0;
-    TimeNs put_on = 0;  // shift added to its times
+    TimeNs put_on = 0;  // added to the times of its frames
   };
 
   const TimeNs longest_pause_;
-  std::deque<Stretch> segments_;
+  std::deque<Segment> segments_;
   int64_t last_frame_ = 0;
-  TimeNs last_time_ = 0;  // of the recording's clock
+  TimeNs last_time_ = 0;  // on the recording's clock
 };
 
-// Marks an object as in use by one call.
+// Marks an object as in use during a call; throws if another call is using it.
 class Turn {
  public:
   explicit Turn(std::atomic<bool>* taken) : taken_(taken) {
     if (!taken->exchange(true)) return;
     throw std::logic_error(
-        "a Session is called while another call of it is at work; it belongs "
-        "to one thread at a time");
+        "a Session was called during another call; it can be used by one "
+        "thread at a time");
   }
   ~Turn() { *taken_ = false; }
   Turn(const Turn&) = delete;
@@ -120,12 +122,13 @@ class Turn {
   std::atomic<bool>* taken_;
 };
 
-// Learns presence from the first frames of a recording that is read twice
-// anyway; the output of a single pass must not depend on later frames.
+// Learns the presence threshold from the first frames of a recording, if it is
+// read twice anyway; the output of a single pass must not depend on later
+// frames.
 RunScene WithPresence(RunScene scene, const RunOptions& options,
                       const RunRequest& request, const SourceOpener& reopen) {
   constexpr int kFramesToRead = 500;
-  constexpr int kEvery = 2;  // neighbouring errors are correlated
+  constexpr int kEvery = 2;  // errors of consecutive frames are correlated
   if (!reopen || options.estimators.mode == Mode::kPaper ||
       !options.tracker.life.second_pass) {
     return scene;
@@ -217,7 +220,7 @@ struct Session::Impl {
   void RequireUsable() const {
     if (unusable_ == nullptr) return;
     throw std::logic_error(std::string("a Session ") + unusable_ +
-                           " and takes no more frames");
+                           " and accepts no more frames");
   }
 
   // A used frame, and whether tracks end before it.
@@ -266,7 +269,7 @@ struct Session::Impl {
     if (NeedsWholeRecording()) Collect(&first_pass_);
   }
 
-  // Final frames that were not returned yet.
+  // Final frames that have not been returned yet.
   std::vector<TrackFrame> Written() {
     if (NeedsWholeRecording()) return {};
     std::vector<TrackFrame> written;
@@ -280,8 +283,8 @@ struct Session::Impl {
            !request_.corrections.empty();
   }
 
-  // Linking, then the user's corrections. Before the second pass, which then
-  // estimates each person as one.
+  // Links identities and applies the user's corrections, before the second
+  // pass, which then estimates each person's trajectory as a whole.
   void DecideIdentities() {
     if (options_.identity.link) {
       edits_ = LinkIdentities(scene_.model.skeleton, scene_.model.frame_rate_hz,
@@ -289,7 +292,7 @@ struct Session::Impl {
     }
     const size_t automatic = edits_.size();
     for (IdentityEdit edit : request_.corrections) {
-      // An edit of this same run, passed in again, is already applied.
+      // A correction that repeats an edit of the linking is already applied.
       const bool done = std::any_of(
           edits_.begin(), edits_.begin() + static_cast<long>(automatic),
           [&](const IdentityEdit& one) { return SameEdit(one, edit); });
@@ -310,7 +313,7 @@ struct Session::Impl {
     first_frame_ = first.frame;
     const FrameClock clock(scene_.model.frame_rate_hz);
     for (int64_t k = options_.input.repeat_first_frame; k > 0; --k) {
-      // Copy with the number of k frames earlier.
+      // A copy with number and time of k frames earlier.
       DetectionFrame earlier = first;
       earlier.frame -= k;
       earlier.time -= clock.TimeOf(k);
@@ -326,7 +329,7 @@ struct Session::Impl {
     tracker_->Process(frame, &finished_);
   }
 
-  // Appends the finished frames of the tracker, except the warm-up.
+  // Moves the tracker's finished frames, except the warm-up, to `frames`.
   void Collect(std::vector<TrackFrame>* frames) {
     for (TrackFrame& frame : finished_) {
       if (frame.frame >= first_frame_) frames->push_back(std::move(frame));
@@ -352,8 +355,8 @@ struct Session::Impl {
     return false;
   }
 
-  // People whose tracks were shortened by a correction or by linking: they are
-  // not extended again.
+  // People whose tracks were shortened by a correction or by linking; these
+  // tracks are not extended again.
   std::set<TrackId> Shortened() const {
     std::set<TrackId> people;
     for (const IdentityEdit& edit : edits_) {
@@ -415,8 +418,8 @@ struct Session::Impl {
   const MakeEstimatorPair make_estimators_;
   SubjectGauge gauge_;
   SubjectScale scale_;
-  bool settled_ = false;         // the scale is final
-  std::deque<Waiting> waiting_;  // for the scale
+  bool settled_ = false;         // whether the scale is final
+  std::deque<Waiting> waiting_;  // frames until then
   SceneModel model_;             // in the run's metres
   std::shared_ptr<RecordingNotes> notes_;
   EstimatorFactory second_pass_estimator_;
@@ -426,9 +429,9 @@ struct Session::Impl {
   std::function<void(int64_t)> progress_;
 
   std::atomic<bool> taken_{false};
-  const char* unusable_ = nullptr;  // the reason
+  const char* unusable_ = nullptr;  // why no frame is accepted, if so
   bool started_ = false;
-  int64_t first_frame_ = 0;  // to be written
+  int64_t first_frame_ = 0;  // the first frame to be written
   int64_t frames_read_ = 0;
   DetectionFrame used_;               // the frame with the used views only
   std::vector<TrackFrame> finished_;  // from the tracker, to be collected

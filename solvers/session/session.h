@@ -1,7 +1,7 @@
 // A tracking run, frame by frame: live, or over a recording.
 //
 //   kinegraph::Session session(options, request, header);
-//   for (const DetectionFrame& frame : take) {
+//   for (const DetectionFrame& frame : recording) {
 //     for (const TrackFrame& done : session.Process(frame)) Use(done);
 //   }
 //   for (const TrackFrame& done : session.Finish()) Use(done);
@@ -49,23 +49,23 @@ struct RunSummary {
   SubjectScale subject_scale;
 };
 
-// The number of passes of a run over its frames.
+// Number of passes over the frames.
 int PassCount(const RunOptions& options);
 
-// One call at a time: a Session may be passed between threads, but a call
-// during another one throws std::logic_error, as does one after Finish or after
-// a call that was stopped midway. Sessions share nothing: several may run in as
-// many threads.
+// A Session may be passed between threads, but calls must not overlap: a call
+// during another one throws std::logic_error, as does a call after Finish or
+// after an exception in the middle of a frame. Sessions share no state, so
+// several may run in parallel.
 class Session {
  public:
-  // `detections` describes the frames to come: views, skeleton, rate. With a
-  // second pass the session needs the frames again in Finish: from `reopen`,
-  // which must return the same ones, or else from copies that it keeps. Throws
+  // `detections` describes the frames to come: views, skeleton, rate. A second
+  // pass needs the frames again in Finish: from `reopen`, which must provide
+  // the same frames, or without it from copies kept in memory. Throws
   // InputError or OptionError for inconsistent arguments.
   Session(const RunOptions& options, const RunRequest& request,
           const DetectionHeader& detections, SourceOpener reopen = nullptr);
-  // With the caller's own estimators instead of those of the options: to
-  // observe them, or for the output of another smoother.
+  // With the caller's estimators instead of those of the options, to observe
+  // them or to use another smoother.
   Session(const RunOptions& options, const RunRequest& request,
           const DetectionHeader& detections, EstimatorPair estimators,
           SourceOpener reopen = nullptr);
@@ -83,29 +83,29 @@ class Session {
   // Called with the number of frames read so far, over both passes.
   void set_progress(std::function<void(int64_t)> progress);
 
-  // The next frame with all views of the header, in ascending order; frames
-  // that were not requested (RunRequest::frames) are skipped. Returns the
-  // frames that became final, ascending: possibly none, and none before Finish
-  // with a second pass, linking or corrections. Where times do not ascend, or
-  // pause for an hour or more, all tracks end. Throws InputError when frame
-  // numbers do not ascend, and for a frame that does not match the header
-  // (CheckDetectionFrame); the session can continue with the next one.
+  // Processes the next frame, with all views of the header; frames must ascend,
+  // and those not requested (RunRequest::frames) are skipped. Returns the
+  // frames that became final, ascending; with a second pass, linking or
+  // corrections, none before Finish. If times do not ascend, or pause for an
+  // hour or more, all tracks end. Throws InputError if frame numbers do not
+  // ascend, or if a frame does not match the header (CheckDetectionFrame); the
+  // session can then continue with the next frame.
   std::vector<TrackFrame> Process(const DetectionFrame& frame);
-  // The same without a copy: takes the views, and leaves the memory of earlier
-  // ones in `frame`, so that a reader which refills it need not allocate.
+  // The same without a copy: swaps the views of `frame` with those of an
+  // earlier frame, so that a reader that refills it need not allocate memory.
   std::vector<TrackFrame> Process(DetectionFrame&& frame);
-  // Whether later frames are irrelevant: RunRequest::frames end before `frame`.
+  // Whether `frame` and all later frames are outside RunRequest::frames.
   bool IsPastEnd(int64_t frame) const;
-  // The remaining frames. Nothing may be processed afterwards. Throws
+  // Returns the remaining frames. Process must not be called afterwards. Throws
   // InputError for an invalid correction.
   std::vector<TrackFrame> Finish();
 
-  // Of the frames returned so far.
+  // Counts of the frames returned so far.
   const RunSummary& summary() const;
-  // The world's length of a metre in tracker and estimators. Known after the
-  // first frame passed to them; before that the scale of people. Results of
-  // this object are in the world's unit; the caller's own estimators work in
-  // the run's metres.
+  // The length in the world of one metre in tracker and estimators. Known once
+  // the first frame has been passed to them; before that, the scale of people.
+  // Results of this object are in the world's unit; the caller's estimators
+  // work in the run's metres.
   const SubjectScale& scale() const;
   // After Finish: data that the output estimators learnt from the recording
   // (graph.pixel_noise_from, graph.process_noise_from, graph.view_bias). ToJson
@@ -114,8 +114,8 @@ class Session {
   ViewBias view_bias() const;
   // After Finish: the changes of identities by linking, then the corrections.
   const std::vector<IdentityEdit>& identity_edits() const;
-  // A line for each decision of the linking that could not be applied; none for
-  // a sound recording.
+  // A line for each decision of the linking that could not be applied; normally
+  // none.
   const std::vector<std::string>& linking_left_out() const;
 
  private:

@@ -17,7 +17,7 @@
 namespace kinegraph {
 namespace {
 
-// Limbs of a body and their share of the stature.
+// Limbs and their length relative to the stature.
 struct Limb {
   const char* a;
   const char* b;
@@ -34,10 +34,11 @@ std::optional<Eigen::Vector3d> MiddleOf(const Pose3d& pose, int a, int b) {
   return 0.5 * (pose[a].position_m + pose[b].position_m);
 }
 
-// Size of a subject [m]: the stature of a human; for others, as for a human's
-// joints, which are 0.55 m apart at 1.7 m. The joint in the middle decides, so
-// that points which are not part of the body hardly count. The size of a few
-// points, such as the ends of a box, is their distance.
+// Size of a subject [m]: the stature of a human. For other subjects, the median
+// distance of joints is multiplied by the ratio that holds for humans, whose
+// joints are 0.55 m apart at a stature of 1.7 m. The median over joints hardly
+// depends on points that are not part of the body. The size of a few points,
+// such as the corners of a box, is their distance.
 std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
                              bool is_human) {
   if (is_human) return limbs.HeightOf(pose);
@@ -58,7 +59,7 @@ std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
   return of_distance * Median(usual_m);
 }
 
-// The scale of human joints is 1 unless their size is one that no human has.
+// The scale of humans is 1 unless their measured size is impossible.
 SubjectScale ScaleOfSizes(std::vector<double> sizes_m, bool is_human) {
   constexpr size_t kEnough = 10;
   if (sizes_m.size() < (is_human ? kEnough : 1)) return SubjectScale();
@@ -68,14 +69,14 @@ SubjectScale ScaleOfSizes(std::vector<double> sizes_m, bool is_human) {
 }
 
 // Whether a detection can be measured. Some detectors place all joints that
-// were not found at one point; their distances are only noise.
+// were not found at one point; the distances between these are only noise.
 bool HasExtent(const Detection& detection) {
   constexpr double kNoise_px = 10.0;  // upper bound of the detector's noise
   return CountFound(detection) > 1 &&
          DiagonalPx(BoxAround(detection.joints)) > kNoise_px;
 }
 
-// The greatest distance of a camera from the first [m]; 1 if they coincide.
+// The greatest distance of a camera from the first [m]; 1 if all coincide.
 double SpreadOf(const CameraRig& cameras) {
   double spread = 0.0;
   for (const Camera& camera : cameras) {

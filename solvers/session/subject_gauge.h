@@ -1,5 +1,5 @@
-// The size of the subjects of a run: lengths of limbs in poses, and the run's
-// scale from people triangulated from two views.
+// Estimates the size of a run's subjects: lengths of limbs in poses, and the
+// run's scale from people triangulated from two views.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
 
@@ -18,19 +18,19 @@
 
 namespace kinegraph {
 
-// Distance of two joints [m] if both were observed: inferred positions follow
-// from bones or predictions and carry no information on lengths. nullopt for
-// negative indices.
+// Distance between two joints [m] if both were observed; inferred positions
+// follow from bones or predictions and carry no information about lengths.
+// nullopt for negative indices.
 std::optional<double> ObservedDistance(const Pose3d& pose, int a, int b);
 
-// Limbs in the poses of a skeleton; none for a non-human skeleton.
+// The limbs of a human skeleton; empty for other skeletons.
 class Limbs {
  public:
-  // Left and right of four limbs in turn, and the trunk, from mid-hip to
+  // Four limbs, left and right alternating, and the trunk from mid-hip to
   // mid-shoulder.
   static constexpr size_t kSided = 8;
   static constexpr size_t kCount = kSided + 1;
-  // Relative to the stature.
+  // Length relative to the stature.
   static double ShareOf(size_t limb);
   static constexpr double kLeastShare = 0.4;
 
@@ -41,11 +41,11 @@ class Limbs {
   // Stature estimated from one pose [m]; nullopt if too few limbs were
   // observed.
   std::optional<double> HeightOf(const Pose3d& pose) const;
-  // Between two observed hips.
+  // The midpoint of the hips, if both were observed.
   std::optional<Eigen::Vector3d> MiddleOfHips(const Pose3d& pose) const;
 
  private:
-  // Joints; -1 where the skeleton lacks one.
+  // Indices of the joints; -1 if the skeleton lacks one.
   struct Pair {
     int a = -1;
     int b = -1;
@@ -56,13 +56,14 @@ class Limbs {
 };
 
 // Determines the scale from the first ten frames in which two views agree on
-// subjects: the median of the stature of people from their limbs, or of the
-// size of other subjects from the distances of their joints. The scale is 1 for
-// people between 0.5 and 2.3 m and for a subject that cannot be measured.
+// subjects: the median stature of people, estimated from their limbs, or the
+// median size of other subjects, estimated from the distances between their
+// joints. The scale is 1 for people between 0.5 and 2.3 m and for subjects that
+// cannot be measured.
 class SubjectGauge {
  public:
-  // `cameras` of the frames' views. `stated_m`: the known size; 0: to be
-  // measured.
+  // `cameras`: one per view of the frames. `stated_m`: the known size, or 0 if
+  // it must be measured.
   SubjectGauge(CameraRig cameras, const Skeleton& detections, double stated_m);
 
   void See(const DetectionFrame& frame);
@@ -71,11 +72,11 @@ class SubjectGauge {
   // Whether more frames have no effect. A single frame with people of plausible
   // size suffices.
   bool is_settled() const { return settled_; }
-  // From the frames so far.
+  // The scale according to the frames so far.
   SubjectScale Scale() const;
 
  private:
-  const double cameras_m_;   // distance between them
+  const double cameras_m_;   // greatest distance from the first camera
   const CameraRig cameras_;  // in a world in which that distance is 1
   DetectionHeader header_;
   const double stated_m_;
@@ -83,11 +84,11 @@ class SubjectGauge {
   const bool is_human_;
   bool settled_ = false;
   int looks_ = 0;     // frames in which two views show a subject
-  int measured_ = 0;  // of these, with a measured size
+  int measured_ = 0;  // of these, frames with a measured size
   std::vector<double> sizes_m_;
 };
 
-// The scale for detections of `cameras`' views, all in memory.
+// The scale for a whole recording; `cameras`: one per view.
 SubjectScale ScaleOf(const RunOptions& options, const CameraRig& cameras,
                      const DetectionSequence& detections);
 // The scale of tracks in the world.

@@ -1,6 +1,6 @@
-// The unit of length of a run. All constants and options on distances, speeds
-// and noise in tracker and estimators are those of people. A mouse or a fly
-// moves similarly relative to its size: the run divides the world by this scale
+// The unit of length of a run. All constants and options for distances, speeds
+// and noise in tracker and estimators hold for people. A mouse or a fly moves
+// similarly relative to its size, so the run divides the world by this scale
 // and multiplies its results by it.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
@@ -15,13 +15,13 @@ namespace kinegraph {
 
 struct Refinement;  // solvers/cameras/refine.h
 
-// The size for which the constants are made.
+// The size for which the constants hold.
 inline constexpr double kPersonSize_m = 1.7;
 
 class SubjectScale {
  public:
-  SubjectScale() = default;  // people: everything unchanged, bit by bit
-  // Of a subject with this size [m]: its stature, or its extent.
+  SubjectScale() = default;  // people: all values unchanged, bit by bit
+  // The scale of a subject of this size [m], i.e. stature or extent.
   static SubjectScale OfSize(double size_m);
 
   // Metres of the world per metre of the run.
@@ -30,7 +30,8 @@ class SubjectScale {
   bool is_one() const { return metres_ == 1.0; }
 
   CameraRig IntoRun(const CameraRig& cameras) const;
-  // Positions in the world, and a known bias of the detector.
+  // Scales options that are positions in the world, and a known bias of the
+  // detector.
   RunOptions IntoRun(RunOptions options) const;
   TrackFrame IntoRun(TrackFrame frame) const {
     return Times(1 / metres_, frame);
@@ -40,7 +41,7 @@ class SubjectScale {
   TrackFrame IntoWorld(TrackFrame frame) const { return Times(metres_, frame); }
   LearntNoise IntoWorld(LearntNoise noise) const;
   ViewBias IntoWorld(ViewBias bias) const;
-  // Changes of the cameras' centres, their sigmas and covariance.
+  // Scales the changes of the cameras' centres, their sigmas and covariance.
   void IntoWorld(Refinement* refinement) const;
 
  private:

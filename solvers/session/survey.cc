@@ -22,8 +22,8 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kFramesToTry = 250;
-// Number of joints in the view with the second most joints: as many can be
-// triangulated from two views.
+// Number of joints in the view with the second most joints, an upper bound on
+// the number that two views can triangulate.
 int JointsSeenTwice(const DetectionFrame& frame, int least_joints) {
   std::array<int, 2> most = {0, 0};
   for (const ViewDetections& view : frame.views) {
@@ -40,8 +40,8 @@ int JointsSeenTwice(const DetectionFrame& frame, int least_joints) {
 
 // Consecutive frames to try.
 struct FramesToTry {
-  DetectionSequence beginning;  // from the first that shows people in two views
-  DetectionSequence fullest;    // with most joints seen by two views
+  DetectionSequence beginning;  // from the first with people in two views
+  DetectionSequence fullest;    // with the most joints seen by two views
 };
 
 // Reads the whole recording.
@@ -68,7 +68,7 @@ FramesToTry ReadFramesToTry(DetectionSource* source, RecordingSurvey* survey) {
       joints.pop_front();
       last.pop_front();
     }
-    // Copied only if worthwhile, to keep this cheap.
+    // Copies only clearly fuller segments, to keep this cheap.
     constexpr double kMore = 1.1;
     if (static_cast<double>(sum) <= kMore * static_cast<double>(most)) continue;
     most = sum;
@@ -89,8 +89,8 @@ bool HasCamera(const RecordingReport& report, CameraWarning::Kind kind) {
       [&](const CameraWarning& camera) { return camera.kind == kind; });
 }
 
-// Whether only camera poses and clocks seem wrong. Not with two cameras, where
-// either one may be.
+// Whether only camera poses and clocks seem wrong. False with two cameras,
+// because either of them may be the wrong one.
 bool MayBeRefined(const RecordingReport& report) {
   return report.cameras.size() > 2 &&
          !HasCamera(report, CameraWarning::Kind::kHardlySeen) &&
@@ -103,7 +103,7 @@ bool MayBeRefined(const RecordingReport& report) {
                      });
 }
 
-// With the clocks recorded in the calibration, as in a run.
+// Tracks the frames, with the clocks recorded in the calibration, as in a run.
 SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
                 const CameraRig& cameras,
                 const DetectionSequence& as_recorded) {
@@ -111,9 +111,10 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   request.cameras = cameras;
   request.without_cameras = asked.without_cameras;
   request.kept_matches = KeptMatches::kDetections;
-  options.refine = RefineOptions();  // left to the run over the whole recording
-  // As configured, plus backfill: without it a dozen frames are too few to
-  // measure people; and linked, as by the configuration that is written.
+  options.refine = RefineOptions();  // needs the whole recording
+  // As configured, but with backfill, without which a dozen frames are too few
+  // to measure people, and with linking, which the written configuration
+  // enables.
   options.tracker.life.backfill = true;
   options.identity.link = true;
   const auto record = ReadRefinementRecord(asked.cameras);
@@ -143,7 +144,7 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   SurveyTrial trial;
   trial.report = reporter.Report();
   trial.stance = std::move(stance);
-  // Refinement is not repeated.
+  // A refined calibration is not refined again.
   if (!record.has_value() && MayBeRefined(trial.report)) {
     trial.cameras_are_off =
         HasCamera(trial.report, CameraWarning::Kind::kElsewhere);
@@ -157,7 +158,8 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   return trial;
 }
 
-// As in a run; a pairing based only on the order of the names is kept as a map.
+// Pairs views with cameras as in a run; a pairing based only on the order of
+// the names is recorded as a map.
 void PairViews(const std::vector<std::string>& views,
                const CameraReadOptions& options, RecordingSurvey* survey) {
   const ViewPairing pairing = PairViewsWithCameras(
@@ -193,7 +195,7 @@ void SettleUnit(const SurveyRequest& request,
     try {
       cameras = ReadCameras(request.cameras, options.cameras);
     } catch (const InputError&) {
-      // A format that specifies its unit takes no other.
+      // A format that specifies its unit permits no other.
       if (first) throw;
       continue;
     }
@@ -213,16 +215,16 @@ void SettleUnit(const SurveyRequest& request,
   }
 }
 
-// Share of the detections matched with a person.
+// Number of detections matched with a person.
 double MatchedOf(const RecordingReport& report) {
   int64_t sum = 0;
   for (const CameraReport& camera : report.cameras) sum += camera.matched;
   return static_cast<double>(sum);
 }
 
-// Where detections have few joints, tries to require fewer of a new person, and
-// keeps the setting if clearly more of the detections are then matched with
-// residuals as small. Otherwise the report does not recommend it either.
+// If detections have few joints, requires fewer of a new person, and keeps the
+// setting if clearly more detections are then matched with similar residuals.
+// Otherwise the recommendation is also removed from the report.
 void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
                   RecordingSurvey* survey) {
   constexpr double kClearlyMore = 1.05;
@@ -235,7 +237,7 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
     const RecordingReport before = survey->report;
     RecordingSurvey tried = *survey;
     if (before.poses == 0) {
-      SettleUnit(request, beginning, &tried);  // not determined so far
+      SettleUnit(request, beginning, &tried);  // undetermined so far
     } else {
       static_cast<SurveyTrial&>(tried) =
           Try(request, request.options, survey->cameras, beginning);
@@ -285,8 +287,8 @@ void SettleRefinement(const SurveyRequest& request,
       continue;
     }
     survey->left += (survey->left.empty() ? "" : "; ") +
-                    (step.taken ? "not known, with fewer than four views no "
-                                  "camera can be left out of the fit"
+                    (step.taken ? "with fewer than four views no camera can be "
+                                  "left out of the fit as a test"
                                 : step.reason);
   }
 }
@@ -307,11 +309,11 @@ RecordingSurvey SurveyRecording(const SurveyRequest& request) {
   PairViews(source->header().view_names, request.options.cameras, &survey);
   const FramesToTry frames = ReadFramesToTry(source.get(), &survey);
   if (survey.frames == 0) {
-    throw InputError(request.detections, "", "holds no frames");
+    throw InputError(request.detections, "", "contains no frames");
   }
   const DetectionSequence* tried = &frames.beginning;
   SettleUnit(request, *tried, &survey);
-  // People who come first may be far away or partly hidden.
+  // The first people may be far away or partly occluded.
   if (survey.report.height_m == 0.0 && IsHuman(survey.detections.skeleton) &&
       !frames.fullest.frames.empty() &&
       frames.fullest.frames.front().frame != tried->frames.front().frame) {

@@ -1,5 +1,5 @@
-// A first examination of a recording: its contents and whether they are
-// consistent, before a configuration exists.
+// A first examination of a recording before a configuration exists: its
+// contents and whether they are consistent.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SURVEY_H_
 #define KINEGRAPH_SOLVERS_SESSION_SURVEY_H_
 
@@ -27,15 +27,15 @@ struct SurveyRequest {
 // Results of tracking some frames.
 struct SurveyTrial {
   RecordingReport report;
-  // Evidence on the vertical from people; empty for a non-human skeleton.
+  // People's evidence about the vertical; empty for a non-human skeleton.
   Stance stance = Stance(Skeleton());
-  // Poses or clocks of some cameras contradict the others, and nothing else
-  // seems wrong: refinement is recommended (cameras.refine,
+  // Whether poses or clocks of some cameras contradict the other cameras and
+  // nothing else seems wrong; refinement is then recommended (cameras.refine,
   // cameras.refine_clock).
   bool cameras_are_off = false;
   bool clocks_are_off = false;
-  // The reason, as text, if cameras have errors but their refinement is not
-  // offered.
+  // If cameras have errors but their refinement is not recommended, the reason
+  // as text.
   std::string left;
 };
 
@@ -44,25 +44,24 @@ struct RecordingSurvey : SurveyTrial {
   int64_t frames = 0;
   int64_t first_frame = 0;
   int64_t last_frame = 0;
-  int64_t frames_tried = 0;  // tracked for the report
+  int64_t frames_tried = 0;  // number of frames tracked for the report
 
   CameraRig cameras;  // in the unit determined
   std::string unit;   // "auto" if the file's own unit is right
-  // View -> camera as given, or where only the order of the names decided.
+  // View -> camera: the configured map, or the pairing by order of names.
   std::map<std::string, std::string> map;
   // Names of the cameras, if not all in the file are used.
   std::vector<std::string> use;
   PairedBy paired_by = PairedBy::kMap;
-  // Joints required of a new person (initialisation.min_joints and
-  // min_common_joints, of 17) where detections have few; else as in the
-  // options.
+  // Recommended initialisation.min_joints and min_common_joints (of 17) if
+  // detections have few joints; nullopt if the options suffice.
   std::optional<int> min_joints;
 };
 
 // Reads cameras and detections and tracks up to 250 frames in which two views
-// show people: with the calibration's own unit and, if people then have no
-// plausible height, with others. Throws InputError when something cannot be
-// read or paired, or when the frame rate is unknown, which is never guessed.
+// show people: with the calibration's own unit and, if people's heights are
+// then implausible, with other units. Throws InputError if something cannot be
+// read or paired, or if the frame rate, which is never guessed, is unknown.
 RecordingSurvey SurveyRecording(const SurveyRequest& request);
 
 }  // namespace kinegraph

@@ -11,10 +11,11 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kOften = 0.2;  // of the frames
-// A person who enters is confirmed within about a second.
+constexpr double kOften = 0.2;  // fraction of the frames
+// Longer than the time in which an entering person is confirmed, about a
+// second.
 constexpr double kLeastS = 3.0;
-constexpr double kAwayS = 0.4;  // life of a lost track
+constexpr double kAwayS = 0.4;  // the time until a lost track ends
 
 }  // namespace
 

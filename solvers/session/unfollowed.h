@@ -1,6 +1,6 @@
-// People who are visible in a view for long but not tracked, for example behind
-// a table or at the edge of the area seen by two views. The average share of
-// matched detections hides them.
+// Finds people who are visible in a view for a long time but not tracked, for
+// example behind a table or at the edge of the volume seen by two views. The
+// mean fraction of matched detections does not reveal them.
 #ifndef KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_
 #define KINEGRAPH_SOLVERS_SESSION_UNFOLLOWED_H_
 
@@ -26,22 +26,23 @@ struct UnfollowedPerson {
 // only with the number of people in one frame.
 class UnfollowedPeople {
  public:
-  // `cameras` must outlive it. `map`: for each joint of the tracks that of the
-  // detections, or -1. Detections of fewer than `least_joints` are ignored.
+  // `cameras` must outlive this object. `map`: for each joint of the tracks,
+  // the index of the same joint of the detections, or -1. Detections of fewer
+  // than `least_joints` are ignored.
   UnfollowedPeople(const CameraRig& cameras, std::vector<int> map,
                    int least_joints);
 
   // `seen` has the used views; `tracked` the people written in the frame.
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
-  // Those seen in at least a fifth of the frames and for at least 3 s; the most
-  // frequent first.
+  // People seen in at least a fifth of the frames and for at least 3 s, the
+  // most frequent first.
   std::vector<UnfollowedPerson> Often() const;
 
  private:
   struct Chain {
-    Eigen::AlignedBox2d box;  // in the frame where last seen
-    TimeNs time = 0;          // of that frame
+    Eigen::AlignedBox2d box;  // when last seen
+    TimeNs time = 0;          // when last seen
     UnfollowedPerson person;
     int64_t frames = 0;
   };
@@ -61,8 +62,8 @@ class UnfollowedPeople {
   double step_s_ = 0.0;  // the longest frame interval, up to a second
   TimeNs first_time_ = 0;
   TimeNs last_time_ = 0;
-  std::vector<Chain> chains_;  // may continue
-  std::vector<Chain> ended_;   // ended, and seen often enough
+  std::vector<Chain> chains_;  // chains that may continue
+  std::vector<Chain> ended_;   // ended chains of sufficient length
 };
 
 }  // namespace kinegraph

@@ -31,7 +31,7 @@ SceneSegments SegmentsOf(const FaultyScene& scene,
                       testing::MatchesOf(scene), options.segments);
 }
 
-// With every camera turned, each in its own direction.
+// The scene with every camera rotated, each about another axis.
 FaultyScene AllTurned(FaultyScene scene, double degrees, uint64_t seed) {
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     scene.cameras[v] = testing::Turned(scene.cameras[v], degrees, seed + v);
@@ -51,7 +51,7 @@ Refinement Refined(const FaultyScene& scene, const RefineOptions& options) {
                      options, Quick());
 }
 
-TEST(Bundle, TurnedCamerasTurnBack) {
+TEST(Bundle, RecoversRotations) {
   const FaultyScene scene = AllTurned(MakeFaultyScene({}), 0.5, 100);
   const CameraRig& truth = scene.scene.cameras;
   const SceneSegments segments = SegmentsOf(scene, Quick());
@@ -73,7 +73,7 @@ TEST(Bundle, TurnedCamerasTurnBack) {
   }
 }
 
-TEST(Bundle, ClocksComeBack) {
+TEST(Bundle, RecoversClocks) {
   FaultySceneOptions scene_options = {2};
   scene_options.clock_offset_s = {0.0, 0.04, -0.08, 0.06, 0.0};
   const FaultyScene scene = MakeFaultyScene(scene_options);
@@ -94,7 +94,7 @@ TEST(Bundle, ClocksComeBack) {
   }
 }
 
-TEST(Bundle, BothRadialTermsComeBack) {
+TEST(Bundle, RecoversBothRadialTerms) {
   FaultyScene scene = MakeFaultyScene({4});
   CameraChange wrong = CameraChange::Zero();
   wrong[kLensAt] = -0.2;
@@ -107,7 +107,7 @@ TEST(Bundle, BothRadialTermsComeBack) {
   ASSERT_TRUE(result.usable);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     for (const int place : {kLensAt, kLensK2At}) {
-      // Five reported sigmas, fewer than separate the terms from none.
+      // Within five reported sigmas, which are smaller than the terms.
       const double sigma = result.Sigma(v, place);
       EXPECT_NEAR(result.changes[v][place], -wrong[place], 5.0 * sigma) << v;
       EXPECT_LT(5.0 * sigma, std::abs(wrong[place])) << v;
@@ -115,10 +115,11 @@ TEST(Bundle, BothRadialTermsComeBack) {
   }
 }
 
-// A recording hardly distinguishes a rotation from a shift of the image, so
-// that the priors determine the shares. Errors of the shift relative to the
-// reported sigmas, with calibrations drawn from the priors.
-TEST(Bundle, StatedSigmasHoldWherePriorsDecide) {
+// A recording hardly distinguishes a rotation from a shift of the image, so the
+// priors determine how the error is divided between them. Checks errors of the
+// shift relative to the reported sigmas, with calibrations drawn from the
+// priors.
+TEST(Bundle, StatedSigmasHoldIfPriorsDominate) {
   constexpr int kSeeds = 40;
   BundleOptions options = Quick();
   options.segments.max_segments = 150;
@@ -155,22 +156,22 @@ TEST(Bundle, StatedSigmasHoldWherePriorsDecide) {
         const double off =
             result.changes[v][kShiftAt + axis] + shifts_px[v][axis];
         const double sigma = result.Sigma(v, kShiftAt + axis);
-        // The priors decide: the recording alone would know a shift to a
-        // fraction of a pixel.
+        // The priors dominate: without rotations, the recording would determine
+        // a shift to a fraction of a pixel.
         EXPECT_GT(sigma, 0.2 * options.shift_sigma_px);
         sum += off * off / (sigma * sigma) / (8.0 * kSeeds);
       }
     }
   }
-  // A seed's mean of eight squares has a standard deviation of 2^0.5 at most,
-  // that of 40 seeds 0.22: three of these.
+  // The mean of eight squares of one seed has a standard deviation of at most
+  // 2^0.5, that of 40 seeds 0.22. The tolerance is three of these.
   EXPECT_GT(sum, 1.0 - 0.67);
   EXPECT_LT(sum, 1.0 + 0.67);
 }
 
-// Four seconds are 20 blocks of time, with 24 parameters: the scores of so few
-// blocks alone have no variance at all in some directions.
-TEST(Bundle, FewBlocksOfTimeStateNoDirectionTooWell) {
+// Four seconds have 20 blocks of time, but 24 parameters: without shrinkage,
+// the scores of so few blocks have no variance in some directions.
+TEST(Bundle, FewTimeBlocksDoNotUnderestimateAnyDirection) {
   constexpr int kSeeds = 20;
   constexpr Eigen::Index kHeld = 7;  // directions of the gauge
   BundleOptions options = Quick();
@@ -194,14 +195,14 @@ TEST(Bundle, FewBlocksOfTimeStateNoDirectionTooWell) {
              static_cast<double>(kSeeds * (error.size() - kHeld));
     }
   }
-  // The mean square of 340 errors of a standard deviation has one of 0.08;
-  // twice that and the half of it leave room for errors that outlast a block.
+  // The mean square of 340 normalised errors has a standard deviation of 0.08.
+  // The limits of 0.5 and 2 allow for errors that persist longer than a block.
   EXPECT_GT(sum, 0.5);
   EXPECT_LT(sum, 2.0);
 }
 
-// Rotations [rad] and logarithms of focal lengths, squared and summed over the
-// views; the scene's cameras are the truth.
+// Squared errors of rotations [rad] and of logarithms of focal lengths, summed
+// over the views; the scene's cameras are the truth.
 Eigen::Vector2d SquaresOf(const BundleResult& result) {
   Eigen::Vector2d squares = Eigen::Vector2d::Zero();
   for (const CameraChange& change : result.changes) {
@@ -211,7 +212,7 @@ Eigen::Vector2d SquaresOf(const BundleResult& result) {
   return squares;
 }
 
-TEST(Bundle, OffsetsThatLastAreNotTakenForCameras) {
+TEST(Bundle, PersistentOffsetsHardlyBiasCameras) {
   FaultyScene scene = MakeFaultyScene({1, 5, 4, 16.0});
   testing::AddLastingOffsets(4, 1.0, &scene);
   BundleOptions options;
@@ -222,11 +223,11 @@ TEST(Bundle, OffsetsThatLastAreNotTakenForCameras) {
   options.lasting_offset_m = 0.011;
   const BundleResult with = Adjusted(scene, segments, free, options);
   ASSERT_TRUE(without.usable && with.usable);
-  // Half of the error at least.
+  // The error is at least halved.
   EXPECT_LT(4.0 * SquaresOf(with)[0], SquaresOf(without)[0]);
   EXPECT_LT(4.0 * SquaresOf(with)[1], SquaresOf(without)[1]);
-  // The prior must not bias focal lengths, all in one direction: five sigmas of
-  // the least certain one.
+  // The prior must not bias all focal lengths in one direction. The tolerance
+  // is five sigmas of the least certain focal length.
   double mean = 0.0;
   double sigma = 0.0;
   for (size_t v = 0; v < with.changes.size(); ++v) {
@@ -237,8 +238,8 @@ TEST(Bundle, OffsetsThatLastAreNotTakenForCameras) {
   EXPECT_LT(std::abs(mean), 5.0 * sigma);
 }
 
-// Holds every second of many small blocks of memory; the others were freed in
-// random order, so that the heap reuses them in a similarly random order.
+// Allocates many small blocks of memory and frees every second one in random
+// order, so that the heap reuses them in random order.
 std::vector<std::vector<char>> ShuffledHeap() {
   std::vector<std::vector<char>> pieces;
   for (size_t i = 0; i < 40000; ++i) pieces.emplace_back(16 + 16 * (i / 2 % 8));
@@ -250,7 +251,7 @@ std::vector<std::vector<char>> ShuffledHeap() {
   return pieces;
 }
 
-TEST(Bundle, TheHeapHasNoSayInWhatIsFound) {
+TEST(Bundle, ResultDoesNotDependOnTheHeap) {
   FaultyScene scene = MakeFaultyScene({1, 3, 4, 8.0});
   testing::AddLastingOffsets(4, 1.0, &scene);
   BundleOptions options = Quick();
@@ -270,7 +271,7 @@ TEST(Bundle, TheHeapHasNoSayInWhatIsFound) {
   EXPECT_TRUE(first.covariance == second.covariance);
 }
 
-TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
+TEST(Bundle, FocalPriorIsRelativeToTheGivenFocalLength) {
   FaultyScene scene = MakeFaultyScene(FaultySceneOptions());
   const SceneSegments segments = SegmentsOf(scene, Quick());
   FreeParameters free;
@@ -293,7 +294,7 @@ TEST(Bundle, AFocalLengthThatIsToldStaysTold) {
   }
 }
 
-TEST(Bundle, TheGaugeHolds) {
+TEST(Bundle, GaugeConstraintsHold) {
   const FaultyScene scene = AllTurned(MakeFaultyScene({3}), 0.3, 200);
   const SceneSegments segments = SegmentsOf(scene, Quick());
   const BundleResult result =
@@ -314,14 +315,14 @@ TEST(Bundle, TheGaugeHolds) {
     stretched += arm.dot(change.segment<3>(kCentreAt));
     squares += arm.squaredNorm();
   }
-  // Held to 1e-5 (m, rad, share); the information of the recording is
-  // negligible against that.
+  // The constraints have sigmas of 1e-5 (m, rad, ratio), compared with which
+  // the recording's information is negligible.
   EXPECT_LT(turned.norm(), 1e-4);
   EXPECT_LT(moved.norm(), 1e-4);
   EXPECT_LT(std::abs(stretched / squares), 1e-4);
 }
 
-TEST(Refine, SoundCamerasAreLeftAlone) {
+TEST(Refine, DoesNotChangeCorrectCameras) {
   const FaultyScene scene = MakeFaultyScene({4});
   RefineOptions options;
   options.refine = RefineKind::kRotation;
@@ -337,7 +338,7 @@ TEST(Refine, SoundCamerasAreLeftAlone) {
   }
 }
 
-TEST(Refine, AGainOnTheOtherHalfIsTaken) {
+TEST(Refine, AcceptsAGainOnTheHeldOutHalf) {
   const FaultyScene scene = AllTurned(MakeFaultyScene({5}), 0.5, 300);
   RefineOptions options;
   options.refine = RefineKind::kRotation;
@@ -349,7 +350,7 @@ TEST(Refine, AGainOnTheOtherHalfIsTaken) {
   EXPECT_LT(step.gain.after_px, step.gain.before_px);
 }
 
-TEST(Refine, FewMatchesDecideNothing) {
+TEST(Refine, RejectsTooFewMatches) {
   const FaultyScene scene = MakeFaultyScene({1, 5, 4, 2.0});
   RefineOptions options;
   options.refine = RefineKind::kShift;
@@ -360,9 +361,9 @@ TEST(Refine, FewMatchesDecideNothing) {
   EXPECT_EQ(refinement.steps[0].reason, "too few matches");
 }
 
-// Frames 0, 1, ... at 25 Hz; a clock that is 70 ms late puts a measurement
-// into the second frame after its own.
-TEST(Refine, LateMeasurementsJoinTheNearestFrame) {
+// Frames 0, 1, ... at 25 Hz; a clock that is 70 ms late moves a measurement by
+// two frames.
+TEST(Refine, LateMeasurementsMoveToTheNearestFrame) {
   DetectionSequence detections;
   detections.header.view_names = {"a", "b"};
   for (int k = 0; k < 10; ++k) {

@@ -29,15 +29,14 @@ CameraChange SomeChange() {
   return change;
 }
 
-TEST(CameraChange, ProjectsAsTheChangedCamera) {
+TEST(CameraChange, ProjectsLikeTheChangedCamera) {
   const Eigen::Vector3d point(0.3, -0.2, 1.1);
   for (const Camera& camera : BentCameras()) {
     for (const CameraChange& change :
          {CameraChange::Zero().eval(), SomeChange()}) {
       const auto px = ProjectChanged(camera, change, point);
       ASSERT_TRUE(px.has_value());
-      // The point passes through two subtractions instead of one: some 1e-13
-      // px.
+      // One more subtraction causes rounding differences of some 1e-13 px.
       const Camera changed =
           change.isZero() ? camera : ChangedCamera(camera, change);
       EXPECT_LT((*px - *changed.Project(point)).norm(), 1e-9);
@@ -45,7 +44,7 @@ TEST(CameraChange, ProjectsAsTheChangedCamera) {
   }
 }
 
-TEST(CameraChange, JacobiansAreTheDerivatives) {
+TEST(CameraChange, JacobiansMatchNumericDerivatives) {
   const CameraRig cameras = BentCameras();
   const Eigen::Vector3d point(0.3, -0.2, 1.1);
   for (const auto& [camera, change] :
@@ -79,14 +78,14 @@ TEST(CameraChange, JacobiansAreTheDerivatives) {
   }
 }
 
-TEST(CameraChange, BehindTheCameraIsNoImage) {
+TEST(CameraChange, PointsBehindTheCameraHaveNoImage) {
   const CameraRig cameras = testing::RingOfCameras(2);
   const Camera& camera = cameras[0];
   const Eigen::Vector3d behind = 2.0 * camera.centre();
   EXPECT_FALSE(ProjectChanged(camera, SomeChange(), behind));
 }
 
-TEST(FreeParameters, PlacesAscend) {
+TEST(FreeParameters, PlacesAreAscending) {
   FreeParameters free;
   EXPECT_TRUE(free.Places().empty());
   free.offset = true;

@@ -47,7 +47,7 @@ Setting MakeSetting() {
   return setting;
 }
 
-// Information of a joint and the rotations of all cameras, by hand.
+// Hand-computed information about a joint and the rotations of all cameras.
 Eigen::MatrixXd InformationOf(const Setting& setting, double prior_rad) {
   const Eigen::Index size = 3 + 3 * 5;
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
@@ -80,9 +80,9 @@ CameraUncertainty Uncertain(const Setting& setting,
       covariance, joints, 0.0);
 }
 
-// The joint's block of the inverse of the whole information, computed in two
-// steps.
-TEST(CameraUncertainty, IsTheSchurComplement) {
+// The result must equal the joint's block of the inverse of the whole
+// information.
+TEST(CameraUncertainty, MatchesTheMarginalOfTheJointInformation) {
   Setting setting = MakeSetting();
   const Eigen::MatrixXd information = InformationOf(setting, 0.002);
   const Eigen::MatrixXd whole = information.inverse();
@@ -94,13 +94,14 @@ TEST(CameraUncertainty, IsTheSchurComplement) {
   const Eigen::Matrix3d expected = whole.topLeftCorner<3, 3>();
   // The contribution of the cameras matters: 2 mrad at 6 m are 12 mm.
   ASSERT_GT(expected.trace(), 1.5 * given_cameras.trace());
-  // A thousandth of the information is added against parallel rays.
+  // The tolerance covers the thousandth of the information that is added for
+  // parallel rays.
   EXPECT_LT((*setting.frame.people[0].covariances[0] - expected).norm(),
             0.005 * expected.norm());
 }
 
 // A view that the estimator rejected does not contribute.
-TEST(CameraUncertainty, RejectedViewsTakeNoPart) {
+TEST(CameraUncertainty, RejectedViewsDoNotContribute) {
   Setting setting = MakeSetting();
   setting.frame.people[0].matches[4].weights[0] = 0.0;
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(15, 15);
@@ -112,9 +113,9 @@ TEST(CameraUncertainty, RejectedViewsTakeNoPart) {
   EXPECT_GT(setting.frame.people[0].covariances[0]->norm(), 0.0);
 }
 
-// A joint seen by one view gets the effect on the person's other joints, a
-// joint without a covariance none.
-TEST(CameraUncertainty, UnseenJointsHangOnSeenOnes) {
+// A joint without a detection receives the mean effect on the person's other
+// joints; a joint without a covariance is skipped.
+TEST(CameraUncertainty, UnseenJointsReceiveTheMeanAddition) {
   Setting setting = MakeSetting();
   PersonPose& person = setting.frame.people[0];
   person.joints.resize(3, person.joints[0]);

@@ -1,4 +1,4 @@
-// Errors of the fit of cameras to segments, in cases computed by hand.
+// Tests errors of the fit of cameras to segments in hand-computed cases.
 #include "solvers/cameras/fit_error.h"
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::Pair;
 
-// Two cameras side by side, a metre apart: rows of one are rows of the other.
+// Two cameras side by side, a metre apart, so that image rows correspond.
 CameraRig LeftAndRight() {
   CameraRig cameras;
   for (const double x_m : {0.0, 1.0}) {
@@ -32,8 +32,8 @@ CameraRig LeftAndRight() {
   return cameras;
 }
 
-// A joint at rest midway between the two, at a depth of 5 m, in five frames. In
-// the second view it is lower by `down_px`.
+// A joint at rest midway between the two cameras, at a depth of 5 m, in five
+// frames. In the second view it is `down_px` lower.
 MotionSegment RestingJoint(const CameraRig& cameras, double down_px,
                            double middle_s = 0.0) {
   MotionSegment segment;
@@ -71,8 +71,8 @@ FitError FitOfRest(const CameraRig& cameras,
 
 // ---- Errors ----
 
-// Bins of half a second, however far apart.
-TEST(FilledBinsTest, AreThoseThatHoldStretches) {
+// Bins have half a second; empty bins between them have no column.
+TEST(FilledBinsTest, AreTheBinsWithSegments) {
   const CameraRig cameras = LeftAndRight();
   std::vector<MotionSegment> segments;
   for (const double middle_s : {-4.9, -4.6, -0.1, 0.0, 0.4, 0.5, 3000.2}) {
@@ -84,10 +84,10 @@ TEST(FilledBinsTest, AreThoseThatHoldStretches) {
   EXPECT_THAT(FilledBins(SceneOf({}, 10.0)), IsEmpty());
 }
 
-// The joint is estimated midway between both views, each of which is off by
-// half of the difference; distances count up to 30 px. Steps end below 1e-5 m,
-// 0.002 px; the last one is far smaller.
-TEST(MeasureFit, HalvesWhatTwoViewsDifferBy) {
+// The joint is estimated midway, so each view has half of the difference as
+// error; distances are capped at 30 px. The iteration ends with a step below
+// 1e-5 m, 0.002 px, after which the error is far smaller.
+TEST(MeasureFit, IsHalfOfTheDifferenceOfTwoViews) {
   const CameraRig cameras = LeftAndRight();
   for (const double down_px : {0.0, 8.0, -20.0, 59.0, 80.0}) {
     const FitError error = FitOfRest(cameras, {RestingJoint(cameras, down_px)});
@@ -95,19 +95,21 @@ TEST(MeasureFit, HalvesWhatTwoViewsDifferBy) {
     for (const int view : {-1, 0, 1}) {
       EXPECT_NEAR(error.MeanPx(view), expected_px, 1e-3) << down_px;
     }
-    // It lasts for the stretch: at 5 m and 1000 px of focal length.
+    // The error persists over the segment; converted at 5 m and a focal length
+    // of 1000 px.
     for (const size_t view : {0u, 1u}) {
       EXPECT_NEAR(error.LastingM(view), expected_px * 5.0 / 1000.0, 1e-5);
     }
   }
 }
 
-// Errors that alternate between frames do not last.
-TEST(MeasureFit, ErrorsThatCancelDoNotLast) {
+// Errors that cancel within a segment are not persistent.
+TEST(MeasureFit, CancellingErrorsAreNotPersistent) {
   const CameraRig cameras = LeftAndRight();
   MotionSegment segment = RestingJoint(cameras, 0.0);
-  // Symmetric about the middle and of mean zero: no place, speed or
-  // acceleration fits the second view of four frames.
+  // The errors are symmetric about the middle and have zero mean, so no
+  // position, velocity or acceleration fits them in the four frames of the
+  // second view.
   segment.measurements.erase(segment.measurements.begin() + 7);
   const std::vector<double> off_px = {3.0, -3.0, -3.0, 3.0};
   for (int k = 0; k < 4; ++k) segment.measurements[5 + k].px.x() += off_px[k];
@@ -119,8 +121,8 @@ TEST(MeasureFit, ErrorsThatCancelDoNotLast) {
   EXPECT_NEAR(error.LastingM(1), 0.0, 1e-5);
 }
 
-// A bias of the second camera explains the error of its view.
-TEST(MeasureFit, ChangesOfCamerasCount) {
+// A shift of the second camera's image explains the error of its view.
+TEST(MeasureFit, AppliesCameraChanges) {
   const CameraRig cameras = LeftAndRight();
   std::vector<CameraChange> changes = NoChanges(2);
   changes[1][kShiftAt + 1] = 8.0;
@@ -130,9 +132,9 @@ TEST(MeasureFit, ChangesOfCamerasCount) {
   EXPECT_NEAR(error.MeanPx(), 0.0, 1e-3);
 }
 
-// A third camera facing away counts 30 px for joints without an image, and no
-// lasting error.
-TEST(MeasureFit, WhatHasNoImageIsFarOff) {
+// In a third camera that faces away, joints without an image count 30 px and
+// have no persistent error.
+TEST(MeasureFit, JointsWithoutAnImageCountTheCap) {
   CameraRig cameras = LeftAndRight();
   cameras.push_back(Edited(cameras[0], [](CameraParameters* camera) {
     camera->R = Eigen::Vector3d(-1.0, 1.0, -1.0).asDiagonal();
@@ -145,8 +147,9 @@ TEST(MeasureFit, WhatHasNoImageIsFarOff) {
   EXPECT_EQ(error.LastingM(2), 0.0);
 }
 
-// Two stretches of 4 px in the first bin, one of 10 in the second.
-TEST(MeasureFit, SumsByBinsOfTime) {
+// Two segments with errors of 4 px in the first bin, one with 10 px in the
+// second.
+TEST(MeasureFit, SumsByTimeBin) {
   const CameraRig cameras = LeftAndRight();
   const FitError error = FitOfRest(cameras, {RestingJoint(cameras, 8.0, 0.1),
                                              RestingJoint(cameras, 8.0, 0.2),
@@ -163,7 +166,7 @@ TEST(MeasureFit, SumsByBinsOfTime) {
   }
 }
 
-TEST(MeasureFit, OfNothingIsZero) {
+TEST(MeasureFit, IsZeroWithoutSegments) {
   const FitError error = FitOfRest(LeftAndRight(), {});
   EXPECT_EQ(error.sum_px.cols(), 0);
   EXPECT_EQ(error.MeanPx(), 0.0);
@@ -173,7 +176,7 @@ TEST(MeasureFit, OfNothingIsZero) {
 
 // ---- Gains ----
 
-// Ten measurements in each bin and view, with these means.
+// An error with ten measurements in each bin and view and the given means.
 FitError ErrorOf(const Eigen::ArrayXXd& mean_px) {
   FitError error;
   error.count = Eigen::ArrayXXd::Constant(mean_px.rows(), mean_px.cols(), 10.0);
@@ -185,7 +188,7 @@ FitError ErrorOf(const Eigen::ArrayXXd& mean_px) {
 }
 
 // The gain is the same in every bin, and so in every resample.
-TEST(CompareFitsTest, AGainThatIsTheSameEverywhereIsExact) {
+TEST(CompareFitsTest, ConstantGainHasAnExactInterval) {
   const Eigen::ArrayXXd before = Eigen::ArrayXXd::Constant(2, 20, 6.0);
   Eigen::ArrayXXd after = before;
   after.row(0) -= 1.0;
@@ -198,7 +201,7 @@ TEST(CompareFitsTest, AGainThatIsTheSameEverywhereIsExact) {
     const FitGain gain = of(view);
     EXPECT_DOUBLE_EQ(gain.before_px, 6.0);
     EXPECT_DOUBLE_EQ(gain.after_px, 6.0 - gain_px);
-    // Sums of 400 products round to 1e-13.
+    // Sums of 400 products have rounding errors of 1e-13.
     EXPECT_NEAR(gain.low_px, gain_px, 1e-12);
     EXPECT_NEAR(gain.high_px, gain_px, 1e-12);
     EXPECT_NEAR(gain.share(), gain_px / 6.0, 1e-12);
@@ -207,8 +210,8 @@ TEST(CompareFitsTest, AGainThatIsTheSameEverywhereIsExact) {
   EXPECT_FALSE(of(1).is_enough());
 }
 
-// As much better in one half of the bins as worse in the other.
-TEST(CompareFitsTest, AGainByChanceIsNotCertain) {
+// Half of the bins are as much better as the other half is worse.
+TEST(CompareFitsTest, GainByChanceIsNotSignificant) {
   const Eigen::ArrayXXd before = Eigen::ArrayXXd::Constant(1, 20, 6.0);
   Eigen::ArrayXXd after = before;
   for (int bin = 0; bin < 20; ++bin) after(0, bin) += bin % 4 < 2 ? 2.0 : -2.0;
@@ -228,8 +231,8 @@ TEST(CompareFitsTest, OneBinHasNoInterval) {
   EXPECT_FALSE(gain.certain());
 }
 
-// Lasting errors belong to a view: 0.08 m in two segments of the second.
-TEST(CompareFitsTest, WhatLastsIsOfAView) {
+// Persistent errors are by view: 0.08 m over two segments in the second view.
+TEST(CompareFitsTest, PersistentErrorsAreByView) {
   const FitError before = ErrorOf(Eigen::ArrayXXd::Constant(2, 20, 6.0));
   FitError after = before;
   after.lasting_m[1] = 0.02;
@@ -242,8 +245,8 @@ TEST(CompareFitsTest, WhatLastsIsOfAView) {
   EXPECT_EQ(FitGain().share(), 0.0);
 }
 
-// A twentieth of the error, and certain.
-TEST(FitGainTest, IsEnoughBySureShare) {
+// The gain must be at least a twentieth of the error, and significant.
+TEST(FitGainTest, IsEnoughDependsOnShareAndSignificance) {
   FitGain gain;
   gain.before_px = 10.0;
   gain.after_px = 9.4;
@@ -260,9 +263,9 @@ TEST(FitGainTest, IsEnoughBySureShare) {
 // ---- The other half ----
 
 // A camera rotated by half a degree (8 px, at least a third of which remains in
-// its view) is corrected by one half of the data for the other. Correct cameras
-// gain nothing significant.
-TEST(CrossFitTest, GainsWhereACameraIsOffAndNotWhereNoneIs) {
+// its view) is corrected on one half of the data, with a gain on the other.
+// Correct cameras have no significant gain.
+TEST(CrossFitTest, GainsOnlyIfACameraIsWrong) {
   for (const bool turned : {false, true}) {
     testing::FaultyScene scene = testing::MakeFaultyScene({9, 4, 3, 8.0});
     if (turned) scene.cameras[2] = testing::Turned(scene.cameras[2], 0.5, 3);

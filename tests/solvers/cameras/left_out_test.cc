@@ -10,8 +10,8 @@
 namespace kinegraph {
 namespace {
 
-// A person who walks in a circle in front of `views` cameras for eight seconds,
-// with white noise and a lasting offset of each joint in each view.
+// A person who moves in a circle in view of `views` cameras for eight seconds,
+// with white noise and a persistent offset of each joint in each view.
 struct Walk {
   CameraRig cameras;
   SceneSegments segments;
@@ -65,23 +65,23 @@ CameraRig WithTurned(const CameraRig& cameras, size_t view, double rad) {
   return RefinedCameras(cameras, changes);
 }
 
-TEST(LeftOut, ACameraThatIsSetRightHelpsTheOthers) {
+TEST(LeftOut, CorrectedCameraGainsInHeldOutViews) {
   const Walk walk(5, 1.0, 0.0);
   const auto gain = walk.Gain(WithTurned(walk.cameras, 2, 0.02));
   ASSERT_TRUE(gain.has_value());
   EXPECT_TRUE(gain->certain());
 }
 
-// Lasting offsets resemble wrong cameras: fitted to them, cameras agree better
-// with each other, but a camera that was left out shows no gain.
-TEST(LeftOut, ADetectorsOffsetsGainNothing) {
+// Persistent offsets resemble wrong cameras: cameras fitted to them agree
+// better with each other, but a held-out camera shows no gain.
+TEST(LeftOut, PersistentDetectorOffsetsGainNothing) {
   const Walk walk(4, 1.0, 8.0);
   const auto gain = walk.Gain(walk.cameras);
   ASSERT_TRUE(gain.has_value());
   EXPECT_FALSE(gain->certain());
 }
 
-TEST(LeftOut, OfThreeViewsNoneCanBeLeftOut) {
+TEST(LeftOut, NoViewOfThreeCanBeHeldOut) {
   const Walk walk(3, 1.0, 0.0);
   EXPECT_FALSE(walk.Gain(walk.cameras).has_value());
 }

@@ -24,10 +24,10 @@ BundleResult FitOf(const std::vector<double>& offsets_s) {
   return fit;
 }
 
-constexpr double kFrameS = 0.04;  // 0.15 of it are 6 ms
+constexpr double kFrameS = 0.04;  // 0.15 frames are 6 ms
 constexpr double kRecordingS = 10.0;
 
-TEST(LateClocks, BeginAtAFractionOfAFrameAndEndWithAStretch) {
+TEST(LateClocks, ExceedAFractionOfAFrameAndAreWithinASegment) {
   const struct {
     double offset_s;
     double frame_s;
@@ -38,7 +38,7 @@ TEST(LateClocks, BeginAtAFractionOfAFrameAndEndWithAStretch) {
                 // but within four sigmas.
                 {0.0039, 0.01, false},
                 {0.0041, 0.01, true},
-                // More than the length of a segment is noise.
+                // More than half of a segment's length is noise.
                 {0.101, kFrameS, false}};
   for (const auto& one : kCases) {
     EXPECT_EQ(AnyIsLate(FitOf({0.0, 0.0, one.offset_s, 0.0}), one.frame_s,
@@ -48,13 +48,13 @@ TEST(LateClocks, BeginAtAFractionOfAFrameAndEndWithAStretch) {
   }
 }
 
-TEST(LateClocks, TheFirstViewIsLateWhereAllOthersAgree) {
+TEST(LateClocks, FirstViewIsLateIfAllOthersAgree) {
   const BundleResult fit = FitOf({0.0, 0.02, 0.02, 0.02});
   EXPECT_TRUE(IsLate(fit, 0, kOffsetAt, kFrameS, kRecordingS));
   EXPECT_FALSE(IsLate(fit, 1, kOffsetAt, kFrameS, kRecordingS));
 }
 
-TEST(LateClocks, ADriftThatWasNotEstimatedIsNone) {
+TEST(LateClocks, DriftThatWasNotEstimatedIsIgnored) {
   BundleResult fit = FitOf({0.0, 0.0, 0.0, 0.0});
   fit.changes[2][kDriftAt] = 1e-3;
   EXPECT_FALSE(AnyIsLate(fit, kFrameS, kRecordingS));
@@ -74,10 +74,10 @@ MotionSegment SegmentAt(double middle_s, int joint) {
   return segment;
 }
 
-TEST(LastingErrors, AViewSaysAJointOnceASecond) {
+TEST(LastingErrors, JointCountsOncePerViewAndSecond) {
   SceneSegments segments;
-  // Two stretches of joint 0 within the first second and one in the next, one
-  // of joint 1: 40 samples with 6 independent ones.
+  // Two segments of joint 0 in the first second and one in the next, and one of
+  // joint 1: 40 samples, of which 6 are independent.
   segments.segments = {SegmentAt(-1.0, 0), SegmentAt(-0.8, 0),
                        SegmentAt(-0.5, 1), SegmentAt(0.1, 0)};
   BundleOptions options;

@@ -1,4 +1,4 @@
-// Segments of joints with exactly known motion.
+// Tests segments of joints with exactly known motion.
 #include "solvers/cameras/segments.h"
 
 #include <gmock/gmock.h>
@@ -21,7 +21,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// ---- One stretch ----
+// ---- One segment ----
 
 SegmentState StateOf(const Eigen::Vector3d& position_m,
                      const Eigen::Vector3d& velocity_mps,
@@ -35,8 +35,8 @@ SegmentState Falling() {
   return StateOf({0.3, -0.2, 1.1}, {0.8, -0.5, 0.3}, {0.4, 0.2, -9.81});
 }
 
-// Projections of a state in six frames of a fifth of a second.
-MotionSegment StretchOf(const CameraRig& cameras, const SegmentState& state) {
+// The projections of a state in six frames, a fifth of a second.
+MotionSegment SegmentOf(const CameraRig& cameras, const SegmentState& state) {
   MotionSegment segment;
   segment.state = state;
   for (size_t v = 0; v < cameras.size(); ++v) {
@@ -55,7 +55,7 @@ MotionSegment StretchOf(const CameraRig& cameras, const SegmentState& state) {
   return segment;
 }
 
-// No priors on speed and acceleration.
+// Without effective priors on velocity and acceleration.
 SegmentOptions WithoutPriors() {
   SegmentOptions options;
   options.velocity_sigma_mps = 1e6;
@@ -63,7 +63,7 @@ SegmentOptions WithoutPriors() {
   return options;
 }
 
-TEST(SegmentPrior, IsOfVelocityAndAcceleration) {
+TEST(SegmentPrior, ConstrainsVelocityAndAcceleration) {
   SegmentOptions options;
   options.velocity_sigma_mps = 5.0;
   options.acceleration_sigma_mps2 = 20.0;
@@ -76,7 +76,7 @@ TEST(SegmentPrior, IsOfVelocityAndAcceleration) {
 }
 
 // The camera's clock is late by its offset and its drift over the recording.
-TEST(SegmentResidual, IsThatOfTheParabolaAtTheCamerasTime) {
+TEST(SegmentResidual, UsesTheParabolaAtTheCorrectedTime) {
   const CameraRig cameras = testing::RingOfCameras(1);
   MotionSegment segment;
   segment.middle_s = 20.0;
@@ -97,11 +97,11 @@ TEST(SegmentResidual, IsThatOfTheParabolaAtTheCamerasTime) {
   const auto residual =
       SegmentResidual(cameras[0], change, segment, state, measurement, 1.5);
   ASSERT_TRUE(residual.has_value());
-  // Pixels of a thousand round to 1e-13, a few of them in a row.
+  // Pixels of a thousand are rounded to 1e-13, in a few operations.
   EXPECT_LT((*residual - expected).norm(), 1e-12);
 }
 
-TEST(SegmentResidual, IsNoneBehindTheCamera) {
+TEST(SegmentResidual, IsUndefinedBehindTheCamera) {
   const CameraRig cameras = testing::RingOfCameras(1);
   // The camera stands at (5, 0, 2).
   const SegmentState behind =
@@ -115,10 +115,11 @@ TEST(SegmentResidual, IsNoneBehindTheCamera) {
   EXPECT_THAT(TermsOf(cameras, NoChanges(1), segment, behind, 1.0), IsEmpty());
 }
 
-// Against central differences of a step of 1e-5. Residuals of a hundred round
-// to 1e-14, which the step makes 1e-9; third derivatives of some thousand make
-// 1e-8 of it squared. A hundred times the latter.
-TEST(SegmentResidual, JacobiansAreTheDerivatives) {
+// Compared with central differences with a step of 1e-5. Residuals of a hundred
+// have rounding errors of 1e-14, which the step amplifies to 1e-9; third
+// derivatives of some thousand give errors of 1e-8. The tolerance is a hundred
+// times the latter.
+TEST(SegmentResidual, JacobiansMatchNumericDerivatives) {
   const CameraRig cameras =
       testing::RingOfCameras(1, 5.0, {-0.1, 0.02, 0.001, -0.0005, 0.0});
   MotionSegment segment;
@@ -153,10 +154,10 @@ TEST(SegmentResidual, JacobiansAreTheDerivatives) {
   }
 }
 
-// Cauchy's weight at two sigmas of scale: 1 / (1 + s / 4).
-TEST(SegmentTerms, HaveTheWeightOfTheirResiduals) {
+// The weight of the Cauchy loss with a scale of two sigmas is 1 / (1 + s / 4).
+TEST(SegmentTerms, HaveLossWeights) {
   const CameraRig cameras = testing::RingOfCameras(2);
-  MotionSegment segment = StretchOf(cameras, Falling());
+  MotionSegment segment = SegmentOf(cameras, Falling());
   segment.measurements[3].px += Eigen::Vector2d(0.0, 12.0);
   const auto terms =
       TermsOf(cameras, NoChanges(2), segment, segment.state, 1.0);
@@ -169,27 +170,27 @@ TEST(SegmentTerms, HaveTheWeightOfTheirResiduals) {
   }
 }
 
-// Iteration stops at steps below 1e-5 m; for an exact fit Gauss-Newton's last
-// step squares the remaining error.
-TEST(SolveSegment, FindsTheParabola) {
+// The iteration stops at steps below 1e-5 m; for an exact fit, the last
+// Gauss-Newton step squares the remaining error.
+TEST(SolveSegment, RecoversTheParabola) {
   const CameraRig cameras = testing::RingOfCameras(3);
-  const MotionSegment segment = StretchOf(cameras, Falling());
+  const MotionSegment segment = SegmentOf(cameras, Falling());
   SegmentState state = SegmentState::Zero();
   state.head<3>() = Eigen::Vector3d(0.33, -0.22, 1.12);
   ASSERT_TRUE(SolveSegment(cameras, NoChanges(3), segment, 1.0, WithoutPriors(),
                            &state));
   EXPECT_LT((state.head<3>() - Falling().head<3>()).norm(), 1e-6);
-  // A position error of 1e-6 m over 0.1 s.
+  // The effect of a position error of 1e-6 m over 0.1 s.
   EXPECT_LT((state.segment<3>(3) - Falling().segment<3>(3)).norm(), 1e-5);
   EXPECT_LT((state.tail<3>() - Falling().tail<3>()).norm(), 1e-3);
 }
 
 // For a joint at rest the priors are exact.
-TEST(SolveSegment, FindsAJointAtRestUnderPriors) {
+TEST(SolveSegment, RecoversAJointAtRestWithPriors) {
   const CameraRig cameras = testing::RingOfCameras(3);
   SegmentState rest = SegmentState::Zero();
   rest.head<3>() = Eigen::Vector3d(-0.4, 0.1, 0.9);
-  const MotionSegment segment = StretchOf(cameras, rest);
+  const MotionSegment segment = SegmentOf(cameras, rest);
   SegmentState state = rest;
   state.head<3>() += Eigen::Vector3d(0.02, -0.03, 0.01);
   ASSERT_TRUE(SolveSegment(cameras, NoChanges(3), segment, 1.0,
@@ -198,9 +199,9 @@ TEST(SolveSegment, FindsAJointAtRestUnderPriors) {
 }
 
 // A clock offset shifts the parabola in time.
-TEST(SolveSegment, ChangesOfClocksAreTakenIntoAccount) {
+TEST(SolveSegment, AppliesClockChanges) {
   const CameraRig cameras = testing::RingOfCameras(3);
-  MotionSegment segment = StretchOf(cameras, Falling());
+  MotionSegment segment = SegmentOf(cameras, Falling());
   std::vector<CameraChange> changes = NoChanges(3);
   changes[1][kOffsetAt] = 0.015;
   for (SegmentMeasurement& one : segment.measurements) {
@@ -213,9 +214,9 @@ TEST(SolveSegment, ChangesOfClocksAreTakenIntoAccount) {
   EXPECT_LT((state.head<3>() - Falling().head<3>()).norm(), 1e-6);
 }
 
-// Without measurements the position is kept and the joint comes to rest; one
-// view keeps the initial depth.
-TEST(SolveSegment, WhatIsNotMeasuredStaysOrRests) {
+// Without measurements the position is kept and the velocity becomes zero; with
+// one view the initial depth is kept.
+TEST(SolveSegment, UnmeasuredDirectionsKeepTheInitialPosition) {
   const CameraRig cameras = testing::RingOfCameras(1);
   MotionSegment nothing;
   SegmentState state = Falling();
@@ -225,7 +226,7 @@ TEST(SolveSegment, WhatIsNotMeasuredStaysOrRests) {
   EXPECT_LT(state.tail<6>().norm(), 1e-12);
   SegmentState rest = SegmentState::Zero();
   rest.head<3>() = Eigen::Vector3d(-0.4, 0.1, 0.9);
-  const MotionSegment one_view = StretchOf(cameras, rest);
+  const MotionSegment one_view = SegmentOf(cameras, rest);
   state = rest;
   state.head<3>() += 0.3 * (cameras[0].centre() - rest.head<3>()).normalized();
   const SegmentState start = state;
@@ -236,7 +237,7 @@ TEST(SolveSegment, WhatIsNotMeasuredStaysOrRests) {
 
 // ---- Detections ----
 
-TEST(FindDetectionTest, IsByItsIndexInTheFile) {
+TEST(FindDetectionTest, FindsByIndexInFile) {
   ViewDetections view;
   EXPECT_EQ(FindDetection(view, 0), nullptr);
   view.detections.resize(3);
@@ -269,7 +270,7 @@ std::vector<double> UsualConfidences(const std::vector<double>& confidences) {
   return result;
 }
 
-TEST(UsualConfidences, BringTheMedianOfFoundJointsToSixTenths) {
+TEST(UsualConfidences, ScaleTheMedianOfFoundJointsToSixTenths) {
   using ::testing::DoubleEq;
   EXPECT_THAT(UsualConfidences({0.1, 0.3, 0.4, -1.0, -1.0, -1.0}),
               ElementsAre(DoubleEq(0.2), DoubleEq(0.6), DoubleEq(0.8)));
@@ -278,12 +279,12 @@ TEST(UsualConfidences, BringTheMedianOfFoundJointsToSixTenths) {
   EXPECT_THAT(UsualConfidences({}), IsEmpty());
 }
 
-// ---- The stretches of a recording ----
+// ---- The segments of a recording ----
 
 constexpr int kWalkFrames = 50;
 const Eigen::Vector3d kWalkMps(0.6, -0.4, 0.0);
 
-// A person of whom every joint moves at the same speed.
+// A person whose joints all move with the same velocity.
 Pose3d Glider(double time_s) {
   Pose3d pose = testing::StandingPerson(-0.6, 0.4);
   for (Joint3d& joint : pose) joint.position_m += time_s * kWalkMps;
@@ -296,7 +297,7 @@ DetectionSequence GliderSeenBy(const CameraRig& cameras) {
   });
 }
 
-// The first detections of all views.
+// Matches of the first detections of all views.
 FrozenMatches MatchedEverywhere(const DetectionSequence& seen) {
   FrozenMatches matches;
   FrozenPerson& person = matches.people.emplace_back();
@@ -311,9 +312,9 @@ FrozenMatches MatchedEverywhere(const DetectionSequence& seen) {
   return matches;
 }
 
-// Six frames span a fifth of a second: eight stretches of each of 17 joints and
-// one of the last two frames.
-TEST(MakeSegments, EveryJointOfEveryFifthOfASecond) {
+// Six frames span a fifth of a second, so each of 17 joints has eight segments
+// and one with the last two frames.
+TEST(MakeSegments, MakesSegmentsOfEveryJointOverTheWholeRecording) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const DetectionSequence seen = GliderSeenBy(cameras);
   const SceneSegments made =
@@ -324,42 +325,42 @@ TEST(MakeSegments, EveryJointOfEveryFifthOfASecond) {
   ASSERT_EQ(made.classes.size(), 17u);
   EXPECT_EQ(made.classes[5], JointClass::kShoulder);
   ASSERT_EQ(made.segments.size(), 9u * 17u);
-  std::set<std::pair<int, int>> stretches;
+  std::set<std::pair<int, int>> found;
   for (const MotionSegment& one : made.segments) {
-    // Since the middle of the recording, which is at 0.98 s.
+    // Times are relative to the middle of the recording, at 0.98 s.
     const int run =
         static_cast<int>(std::lround((one.middle_s + 0.98) / 0.24 - 0.1));
-    stretches.insert({run, one.joint});
+    found.insert({run, one.joint});
     const int frames = run < 8 ? 6 : 2;
     const double middle_s = 0.24 * run + 0.02 * (frames - 1);
     EXPECT_NEAR(one.middle_s, middle_s - 0.98, 1e-9);
     EXPECT_EQ(one.measurements.size(), 3u * frames);
     EXPECT_EQ(one.person, 0);
-    // The prior pulls the velocity towards zero by the ratio of the variances.
+    // The prior biases the velocity towards zero by the ratio of the variances.
     const double bias = std::pow(
         one.velocity_sigma_mps / SegmentOptions().velocity_sigma_mps, 2);
     EXPECT_LT((one.state.segment<3>(3) - kWalkMps).norm(),
               3.0 * bias * kWalkMps.norm());
-    // Symmetric about the middle, so that the position is biased only by the
-    // change of depth: 6 cm of 5 m.
+    // Samples are symmetric about the middle, so the position is biased only by
+    // the change of depth: 6 cm at 5 m.
     EXPECT_LT((PositionOf(one) - Glider(middle_s)[one.joint].position_m).norm(),
               0.1 * 3.0 * bias * kWalkMps.norm() + 1e-6);
   }
-  EXPECT_EQ(stretches.size(), made.segments.size());
+  EXPECT_EQ(found.size(), made.segments.size());
   EXPECT_TRUE(std::is_sorted(made.segments.begin(), made.segments.end(),
                              [](const auto& a, const auto& b) {
                                return a.middle_s < b.middle_s - 1e-9;
                              }));
 }
 
-TEST(MakeSegments, ALimitSpreadsThemOverTimeAndJoints) {
+TEST(MakeSegments, LimitedSegmentsAreSpreadOverTimeAndJoints) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const DetectionSequence seen = GliderSeenBy(cameras);
   SegmentOptions options;
   options.max_segments = 51;
   const SceneSegments made =
       MakeSegments(cameras, seen, MatchedEverywhere(seen), options);
-  // Every third of 153.
+  // Every third of 153 segments.
   EXPECT_EQ(made.segments.size(), 51u);
   std::map<double, int> of_time;
   for (const MotionSegment& one : made.segments) ++of_time[one.middle_s];
@@ -367,13 +368,13 @@ TEST(MakeSegments, ALimitSpreadsThemOverTimeAndJoints) {
   for (const auto& [middle_s, count] : of_time) EXPECT_NEAR(count, 17 / 3, 1);
 }
 
-TEST(MakeSegments, GapsEndAStretch) {
+TEST(MakeSegments, GapsEndASegment) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const DetectionSequence seen = GliderSeenBy(cameras);
   FrozenMatches matches = MatchedEverywhere(seen);
   auto& frames = matches.people[0].frames;
   frames.resize(6);
-  // Frames 0, 1, 2 and 4, 5 of one fifth of a second.
+  // Frames 0, 1, 2 and 4, 5 of a fifth of a second.
   frames.erase(frames.begin() + 3);
   const SceneSegments made =
       MakeSegments(cameras, seen, matches, SegmentOptions());
@@ -383,7 +384,7 @@ TEST(MakeSegments, GapsEndAStretch) {
   }
 }
 
-TEST(MakeSegments, JointsOfOneViewAndUnsureOnesMakeNone) {
+TEST(MakeSegments, JointsInASingleViewOrWithLowConfidenceAreOmitted) {
   const CameraRig ring = testing::RingOfCameras(3);
   const CameraRig cameras = {ring[0], ring[1]};
   DetectionSequence seen = GliderSeenBy(cameras);
@@ -400,7 +401,7 @@ TEST(MakeSegments, JointsOfOneViewAndUnsureOnesMakeNone) {
   }
 }
 
-TEST(MakeSegments, NoMatchesAndNoFramesMakeNone) {
+TEST(MakeSegments, NoSegmentsWithoutMatchesOrFrames) {
   const CameraRig cameras = testing::RingOfCameras(3);
   DetectionSequence seen = GliderSeenBy(cameras);
   const SceneSegments none =
@@ -421,10 +422,10 @@ TEST(MakeSegments, NoMatchesAndNoFramesMakeNone) {
   EXPECT_EQ(empty.view_count, 3);
 }
 
-// A view counts where two others match a person. One of two people is matched:
-// in the first frame by all views, in the second by the last two of three, in
-// the third by the first alone.
-TEST(MakeSegments, CountsMatchesWhereTwoOthersAgree) {
+// A view is counted in frames in which two others match a person. One of two
+// people is matched: in the first frame by all views, in the second by the last
+// two of three, in the third by the first view only.
+TEST(MakeSegments, CountsMatchesIfTwoOtherViewsMatch) {
   const CameraRig cameras = testing::RingOfCameras(3);
   DetectionSequence seen = testing::SeenBy(cameras, 3, [](int) {
     return std::vector<Pose3d>{Glider(0.0), Glider(1.0)};
@@ -436,13 +437,13 @@ TEST(MakeSegments, CountsMatchesWhereTwoOthersAgree) {
   const SceneSegments made =
       MakeSegments(cameras, seen, matches, SegmentOptions());
   EXPECT_THAT(made.matched, ElementsAre(1, 1, 1));
-  // The first view could have matched that person in the second frame, too. Its
-  // other detection, whom no view matches, does not count.
+  // The first view could have matched this person in the second frame, too. Its
+  // other detection, which no view matches, does not count.
   EXPECT_THAT(made.matchable, ElementsAre(2, 1, 1));
 }
 
-// Residuals of people at rest who are seen exactly are rounding errors.
-TEST(MakeSegments, ExactDetectionsLeaveANoiseScale) {
+// Residuals of exact detections of people at rest are rounding errors.
+TEST(MakeSegments, NoiseScaleOfExactDetectionsIsPositive) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const DetectionSequence seen = testing::SeenBy(
       cameras, 50, [](int) { return std::vector<Pose3d>{Glider(0.0)}; });
@@ -452,24 +453,24 @@ TEST(MakeSegments, ExactDetectionsLeaveANoiseScale) {
   EXPECT_FALSE(made.segments.empty());
 }
 
-// ---- What stretches say together ----
+// ---- Properties of sets of segments ----
 
-MotionSegment MovingStretch(double speed_mps, double velocity_sigma_mps) {
+MotionSegment MovingSegment(double speed_mps, double velocity_sigma_mps) {
   MotionSegment segment;
   segment.state[4] = speed_mps;
   segment.velocity_sigma_mps = velocity_sigma_mps;
   return segment;
 }
 
-// All at one speed, so that this is any quantile.
+// All segments have the same speed, which is then every quantile.
 bool MoveEnoughAt(double speed_mps, double sigma_mps, double noise_scale) {
   SceneSegments segments;
-  segments.segments.assign(10, MovingStretch(speed_mps, sigma_mps));
+  segments.segments.assign(10, MovingSegment(speed_mps, sigma_mps));
   segments.noise_scale = noise_scale;
   return MoveEnough(segments);
 }
 
-TEST(MoveEnough, NeedsSpeedAndCertainty) {
+TEST(MoveEnough, RequiresSpeedAndCertainty) {
   EXPECT_TRUE(MoveEnoughAt(0.31, 0.01, 1.0));
   EXPECT_FALSE(MoveEnoughAt(0.29, 0.01, 1.0));
   EXPECT_TRUE(MoveEnoughAt(1.0, 0.19, 1.0));
@@ -479,13 +480,14 @@ TEST(MoveEnough, NeedsSpeedAndCertainty) {
   EXPECT_FALSE(MoveEnough(SceneSegments()));
 }
 
-// Ten of 101 stretches are places 91 and beyond; the quantile is place 90.
-TEST(MoveEnough, NeedsATenthOfTheStretches) {
+// Ten of 101 segments have the indices 91 to 100 in sorted order; the quantile
+// has the index 90.
+TEST(MoveEnough, RequiresATenthOfTheSegments) {
   SceneSegments segments;
-  segments.segments.assign(101, MovingStretch(0.0, 0.01));
-  for (int i = 0; i < 10; ++i) segments.segments[i] = MovingStretch(1.0, 0.01);
+  segments.segments.assign(101, MovingSegment(0.0, 0.01));
+  for (int i = 0; i < 10; ++i) segments.segments[i] = MovingSegment(1.0, 0.01);
   EXPECT_FALSE(MoveEnough(segments));
-  segments.segments[10] = MovingStretch(1.0, 0.01);
+  segments.segments[10] = MovingSegment(1.0, 0.01);
   EXPECT_TRUE(MoveEnough(segments));
 }
 
@@ -499,7 +501,7 @@ TEST(BinLengthTest, IsATwentiethWithinBounds) {
   }
 }
 
-// Person, joint, and place along x; by ascending middle.
+// Segments with given person, joint and x coordinate, in temporal order.
 SceneSegments HandMade() {
   SceneSegments scene;
   scene.view_count = 3;
@@ -526,7 +528,7 @@ SceneSegments HandMade() {
   return scene;
 }
 
-// Numbers of the stretches in a half.
+// Numbers of the segments in a half.
 std::vector<int> InHalf(const SceneSegments& scene, Halving halving, int half) {
   std::vector<int> numbers;
   for (const MotionSegment& one : HalfOf(scene, halving, half).segments) {
@@ -540,8 +542,8 @@ TEST(HalfOf, TimeIsHalvedInTheMiddle) {
   EXPECT_THAT(InHalf(HandMade(), Halving::kTime, 1), ElementsAre(4, 5, 6));
 }
 
-// Both shoulders are one pair, both ankles the next.
-TEST(HalfOf, JointsGoInPairs) {
+// The shoulders are one pair, the ankles the next.
+TEST(HalfOf, JointsAreHalvedInPairs) {
   EXPECT_THAT(InHalf(HandMade(), Halving::kJoints, 0), ElementsAre(1, 2, 5));
   EXPECT_THAT(InHalf(HandMade(), Halving::kJoints, 1), ElementsAre(3, 4, 6));
 }
@@ -551,15 +553,15 @@ TEST(HalfOf, LegsAreTheFirstHalfOfTheBody) {
   EXPECT_THAT(InHalf(HandMade(), Halving::kBody, 1), ElementsAre(1, 2, 5));
 }
 
-TEST(HalfOf, EveryOtherPersonIsInOneHalf) {
+TEST(HalfOf, PeopleAlternateBetweenHalves) {
   EXPECT_THAT(InHalf(HandMade(), Halving::kPeople, 0), ElementsAre(1, 2, 5, 6));
   EXPECT_THAT(InHalf(HandMade(), Halving::kPeople, 1), ElementsAre(3, 4));
 }
 
 // Relative to the means of their joints, 0.5 for joint 5 and 4.5 for joint 15,
-// two segments are half a metre on one side, two on the other, and those of
-// joints 6 and 16 in the middle.
-TEST(HalfOf, PlacesAreHalvedWhereverTheWorldLies) {
+// two segments are half a metre on one side, two on the other, and the segments
+// of joints 6 and 16 are in the middle.
+TEST(HalfOf, PositionsAreHalvedInAnyWorldFrame) {
   for (const double angle : {0.0, 1.0, 2.5}) {
     SceneSegments scene = HandMade();
     for (MotionSegment& one : scene.segments) {
@@ -573,14 +575,14 @@ TEST(HalfOf, PlacesAreHalvedWhereverTheWorldLies) {
     const auto is_in = [](const std::vector<int>& half, int number) {
       return std::find(half.begin(), half.end(), number) != half.end();
     };
-    // Whichever way the direction points.
+    // The sign of the direction is arbitrary.
     EXPECT_EQ(is_in(first, 1), is_in(first, 3));
     EXPECT_EQ(is_in(first, 5), is_in(first, 6));
     EXPECT_NE(is_in(first, 1), is_in(first, 5));
   }
 }
 
-TEST(HalfOf, BothHalvesOfNothingAreEmpty) {
+TEST(HalfOf, HalvesAreEmptyWithoutSegments) {
   SceneSegments none = HandMade();
   none.segments.clear();
   for (const Halving halving :
@@ -594,9 +596,9 @@ TEST(HalfOf, BothHalvesOfNothingAreEmpty) {
   }
 }
 
-// Nine places of one joint along a line, a decimetre apart: the quartiles are
-// the third and the seventh.
-TEST(PlacesApartTest, IsTheDistanceOfTheQuartiles) {
+// Nine positions of one joint along a line, a decimetre apart, of which the
+// third and the seventh are the quartiles.
+TEST(PlacesApartTest, IsTheInterquartileRange) {
   SceneSegments scene = HandMade();
   const MotionSegment one = scene.segments.front();
   EXPECT_EQ(PlacesApart(SceneSegments()), 0.0);
@@ -607,14 +609,14 @@ TEST(PlacesApartTest, IsTheDistanceOfTheQuartiles) {
         Eigen::Vector3d(3.0, -2.0, 1.0) + 0.1 * ((4 * i) % 9) * along;
   }
   EXPECT_NEAR(PlacesApart(scene), 0.4, 1e-12);
-  // What two of three views see does not count.
+  // Segments seen by only two of three views do not count.
   MotionSegment far = one;
   far.state.head<3>() = Eigen::Vector3d(3.0, -2.0, 1.0) + 100.0 * along;
   far.measurements.pop_back();
   scene.segments.push_back(far);
   EXPECT_NEAR(PlacesApart(scene), 0.4, 1e-12);
-  // Of two views they are all that there are: the tenth place draws the mean
-  // alone, and places 2.25 and 6.75 of the ten are the quartiles.
+  // If there are only two views, they count. The tenth position changes the
+  // mean, and the quartiles have the indices 2.25 and 6.75 among the ten.
   scene.view_count = 2;
   EXPECT_NEAR(PlacesApart(scene), 0.45, 1e-9);
 }

@@ -22,7 +22,7 @@ CameraRig Moved(const CameraRig& cameras, const Eigen::AngleAxisd& turn,
   });
 }
 
-TEST(WorldMotionTest, IsThatOfTheRigAsAWhole) {
+TEST(WorldMotionTest, RecoversTheSimilarityOfTheRig) {
   const CameraRig cameras = testing::RingOfCameras(4);
   const Vector3d axis = Vector3d(1.0, 2.0, -1.0).normalized();
   const auto motion =
@@ -39,9 +39,9 @@ TEST(WorldMotionTest, IsThatOfTheRigAsAWhole) {
   EXPECT_NEAR(shift->turned_deg, 0.0, 1e-7);
 }
 
-// Common shifts of all images rotate or lift the world although no camera
-// moves: images of a ring shifted by 10 px correspond to a higher world.
-TEST(WorldMotionTest, IsSeenInShiftsToo) {
+// A common shift of all images rotates or lifts the world although no camera
+// moves: vertical shifts of a ring's images by 10 px lift the world.
+TEST(WorldMotionTest, IncludesTheEffectOfImageShifts) {
   const CameraRig cameras = testing::RingOfCameras(6);
   const auto still = WorldMotionOf(cameras, cameras);
   ASSERT_TRUE(still.has_value());
@@ -51,14 +51,15 @@ TEST(WorldMotionTest, IsSeenInShiftsToo) {
   const auto moved = WorldMotionOf(cameras, RefinedCameras(cameras, changes));
   ASSERT_TRUE(moved.has_value());
   EXPECT_LT(moved->turned_deg, 0.05);
-  // 10 px at the focal length and distance of the ring, to a tenth: points of
-  // the cube are nearer to some cameras than to others.
+  // 10 px at the focal length and distance of the ring. The tolerance is a
+  // tenth, because points of the cube are nearer to some cameras than to
+  // others.
   const double expected_m =
       10.0 * cameras[0].centre().norm() / cameras[0].focal_px();
   EXPECT_NEAR(moved->moved_m, expected_m, 0.1 * expected_m);
 }
 
-TEST(WorldMotionTest, NoneWhereAxesAreParallel) {
+TEST(WorldMotionTest, IsUndeterminedForParallelAxes) {
   CameraRig cameras = testing::RingOfCameras(1);
   EXPECT_FALSE(WorldMotionOf(cameras, cameras).has_value());
   cameras.push_back(Edited(cameras[0], [](CameraParameters* parameters) {

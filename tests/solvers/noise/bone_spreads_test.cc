@@ -27,7 +27,7 @@ class Looker {
 
   double noise_m = 0.01;     // true sigma of the length
   double modelled_m = 0.01;  // sigma in the model
-  double correlation = 0.0;  // of the noise of neighbouring observations
+  double correlation = 0.0;  // of consecutive observations' noise
 
   BoneObservation At(double length_m) {
     state_ = started_ ? correlation * state_ +
@@ -65,16 +65,17 @@ BoneEstimate Told(Looker looker, int looks, double varies_m = 0.0) {
   return *spreads.Estimate(0);
 }
 
-TEST(BoneSpreads, ARigidBoneHasNoSpread) {
+TEST(BoneSpreads, RigidBoneHasNoSpread) {
   for (const double modelled : {0.005, 0.01, 0.03}) {
     Looker looker(1);
     looker.modelled_m = modelled;  // the residuals reveal the error
     const BoneEstimate estimate = Told(looker, 1000);
-    // The median of 1000 observations with 1 cm: 0.4 mm.
+    // The median of 1000 observations with errors of 1 cm is accurate to 0.4
+    // mm.
     EXPECT_NEAR(estimate.length_sigma_m, 0.0004, 0.0001);
     EXPECT_NEAR(estimate.length_m, kLength, 4 * 0.0004);
     // The variance of 1000 observations has a standard error of 6 % of 1 cm^2,
-    // and the residuals' scale one of a few per cent: the spread may reach 4
+    // and the residuals' scale one of a few per cent, so the spread may reach 4
     // standard errors, sqrt(0.3) cm.
     EXPECT_LT(estimate.spread_m, 0.0055);
     EXPECT_GE(estimate.spread_bound_m, estimate.spread_m);
@@ -88,8 +89,8 @@ TEST(BoneSpreads, SpreadIsSeparatedFromNoise) {
   for (const double modelled_m : {0.01, 0.02}) {
     Looker looker(2);
     looker.modelled_m = modelled_m;
-    // (1 cm)^2 + (2 cm)^2 is known to 6 % a standard error, so (2 cm)^2 to
-    // 7.5 %: four of them are 14 % of 2 cm.
+    // (1 cm)^2 + (2 cm)^2 has a standard error of 6 %, so (2 cm)^2 has one of
+    // 7.5 %; four standard errors are 14 % of 2 cm.
     EXPECT_NEAR(Told(looker, 1000, 0.02).spread_m, 0.02, 0.003) << modelled_m;
   }
 }
@@ -106,15 +107,16 @@ TEST(BoneSpreads, ResistsOutliers) {
     spreads.Add(0, look);
   }
   const BoneEstimate estimate = *spreads.Estimate(0);
-  // A tenth on one side moves a median to the quantile 5/9: 0.14 sigma.
+  // A tenth of the values on one side moves the median to the quantile 5/9, by
+  // 0.14 sigma.
   EXPECT_NEAR(estimate.length_m, kLength, 0.0014 + 4 * 0.0004);
-  // And the upper quartile of the rest to 5/6 (chi-square 1.91 for 1.32): an
-  // apparent spread of sqrt(0.45) cm.
+  // The upper quartile of the others moves to 5/6 (chi-square 1.91 instead of
+  // 1.32), an apparent spread of sqrt(0.45) cm.
   EXPECT_LT(estimate.spread_m, 0.0067 + 0.003);
 }
 
-// Ends of a bone along x, located with independent Gaussian noise of these
-// standard deviations, of which the solver has averaged nine frames.
+// One end of a bone along x, located with independent Gaussian noise of these
+// standard deviations; the solver's estimate averages nine frames.
 BoneEnd LocatedAt(double x_m, const Vector3d& noise_m, double modelled,
                   Random* random) {
   BoneEnd end;
@@ -133,7 +135,8 @@ BoneEnd LocatedAt(double x_m, const Vector3d& noise_m, double modelled,
   return end;
 }
 
-// The estimate from 1000 observations of such ends, and their mean distance.
+// The estimate from 1000 observations of ends located in this way, and the mean
+// distance.
 BoneEstimate ToldByEnds(double length_m, const Vector3d& noise_m,
                         double modelled, Random* random,
                         double* distance_m = nullptr) {
@@ -151,15 +154,15 @@ BoneEstimate ToldByEnds(double length_m, const Vector3d& noise_m,
   return *spreads.Estimate(0);
 }
 
-TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
+TEST(BoneSpreads, NoiseDoesNotIncreaseTheLength) {
   Random random(11);
   for (const double noise : {0.05, 0.15, 0.3}) {
     for (const double modelled : {0.5, 1.0, 2.0}) {
       double distances = 0.0;
       const BoneEstimate estimate = ToldByEnds(
           kLength, Vector3d::Constant(noise), modelled, &random, &distances);
-      // Four standard errors, and the scale that the residuals' low quantile
-      // gives, known to a few per cent: of tr N / (2 L).
+      // Four standard errors, plus a few per cent of tr N / (2 L) for the error
+      // of the noise scale.
       const double trace = 6.0 * noise * noise;
       const double bound =
           4.0 * estimate.length_sigma_m + 0.05 * trace / (2.0 * kLength);
@@ -176,16 +179,16 @@ TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
 }
 
 // Two cameras side by side are much less accurate in depth. This noise rotates
-// and lengthens a bone across the view, which in its own observed direction
-// would appear noisy.
-TEST(BoneSpreads, NoiseInDepthDoesNotShortenABone) {
+// and lengthens a bone perpendicular to the view, which would appear noisy
+// along its observed direction.
+TEST(BoneSpreads, NoiseInDepthDoesNotReduceTheLength) {
   constexpr double kShort_m = 0.2;
   const Vector3d noise_m(0.01, 0.045, 0.01);
   for (uint64_t seed = 1; seed <= 5; ++seed) {
     Random random(seed);
     const BoneEstimate estimate = ToldByEnds(kShort_m, noise_m, 1.0, &random);
-    // As above, of the depth's variance: by the observations' own directions it
-    // would be 4 mm too short.
+    // As above, for the variance of the depth. Along the observed directions,
+    // the length would be 4 mm too short.
     const double bound =
         4.0 * estimate.length_sigma_m + 0.05 * noise_m.squaredNorm() / kShort_m;
     EXPECT_NEAR(estimate.length_m, kShort_m, bound) << seed;
@@ -193,7 +196,7 @@ TEST(BoneSpreads, NoiseInDepthDoesNotShortenABone) {
   }
 }
 
-TEST(BoneSpreads, ABoneShorterThanAnyNoiseIsNotKnown) {
+TEST(BoneSpreads, BoneShorterThanTheNoiseIsUnknown) {
   // Both ends at the same position and too much modelled noise: the corrected
   // square is negative.
   Random random(12);
@@ -210,38 +213,40 @@ TEST(BoneSpreads, ABoneShorterThanAnyNoiseIsNotKnown) {
   EXPECT_FALSE(spreads.Estimate(0).has_value());
 }
 
-TEST(BoneSpreads, CorrelatedObservationsCountAsFewer) {
+TEST(BoneSpreads, CorrelatedObservationsCountLess) {
   Looker independent(4);
   Looker lasting(4);
   lasting.correlation = 0.9;
   const BoneEstimate a = Told(independent, 1000);
   const BoneEstimate b = Told(lasting, 1000);
-  // (1 + 0.9) / (1 - 0.9) = 19 observations count as one: 4.4 times the error,
-  // up to the error of the correlation, a tenth of 1 - 0.9 times two.
+  // (1 + 0.9) / (1 - 0.9) = 19 observations count as one, which increases the
+  // error by a factor of 4.4; the tolerance allows for the error of the
+  // estimated correlation.
   EXPECT_NEAR(b.length_sigma_m / a.length_sigma_m, 4.4, 1.0);
   EXPECT_GT(b.spread_bound_m, a.spread_bound_m);
 }
 
-TEST(BoneSpreads, AConstantErrorWidensTheLengthsSigma) {
+TEST(BoneSpreads, ConstantErrorsIncreaseTheLengthSigma) {
   constexpr double kFrame_s = 0.01;
   Looker looker(5);
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 1000; ++i) spreads.Add(0, looker.At(kLength));
   const double averaged_m = spreads.Estimate(0)->length_sigma_m;
-  // A quarter of the variance is constant: half of an observation's sigma, 1
-  // cm. The observations' own scale is known to a few per cent (see
-  // ARigidBoneHasNoSpread).
+  // A quarter of the variance is constant, i.e. half of an observation's sigma
+  // of 1 cm. The scale of the observations is known to a few per cent (see
+  // RigidBoneHasNoSpread).
   spreads.SetLasting({0.25, 1e6}, kFrame_s);
   EXPECT_NEAR(spreads.Estimate(0)->length_sigma_m, 0.005, 0.0003);
-  // For a fiftieth of these ten seconds: 2 * 0.2 / 10 of that variance.
+  // With a correlation time of a fiftieth of these ten seconds, 2 * 0.2 / 10 of
+  // this variance remains.
   spreads.SetLasting({0.25, 0.2}, kFrame_s);
   EXPECT_NEAR(spreads.Estimate(0)->length_sigma_m, 0.001, 0.0001);
-  // Too short to matter compared with the deviations.
+  // A correlation time too short to matter compared with the deviations.
   spreads.SetLasting({0.25, 0.001}, kFrame_s);
   EXPECT_EQ(spreads.Estimate(0)->length_sigma_m, averaged_m);
 }
 
-TEST(BoneSpreads, ARarelySeenBoneBorrowsFromItsMirror) {
+TEST(BoneSpreads, RarelySeenBoneUsesTheOtherSide) {
   Looker looker(5);
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 800; ++i) spreads.Add(0, looker.At(kLength));
@@ -249,7 +254,7 @@ TEST(BoneSpreads, ARarelySeenBoneBorrowsFromItsMirror) {
   EXPECT_NEAR(right.length_m, kLength, 0.003)
       << "the population's length is 0.418 m";
   EXPECT_GT(right.length_sigma_m, 0.009) << "sides differ by a centimetre";
-  // With many observations of both, each keeps its own length.
+  // With many observations of both sides, each keeps its length.
   for (int i = 0; i < 800; ++i) spreads.Add(1, looker.At(kLength + 0.03));
   EXPECT_NEAR(spreads.Estimate(0)->length_m, kLength, 0.002);
   EXPECT_NEAR(spreads.Estimate(1)->length_m, kLength + 0.03, 0.002);
@@ -271,18 +276,18 @@ TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
   EXPECT_FALSE(spreads.Estimate(0).has_value());
   spreads.Add(0, looker.At(0.1));
   ASSERT_TRUE(spreads.Estimate(0).has_value());
-  // 25 observations with 1 cm: a median to 2.5 mm.
+  // The median of 25 observations with errors of 1 cm is accurate to 2.5 mm.
   EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
 }
 
-TEST(BoneSpreads, ALargeSpreadGivesWay) {
+TEST(BoneSpreads, LargeSpreadGivesWay) {
   EXPECT_TRUE(Told(Looker(8), 500, 0.12).gives_way);
 }
 
 TEST(BoneSpreads, ThinningKeepsEarlyObservations) {
   Looker looker(10);
   BoneSpreads spreads(Legs());
-  // The first third is longer than the rest: the median is of the rest.
+  // The first third is longer than the rest, in which the median lies.
   for (int i = 0; i < 30000; ++i) {
     spreads.Add(0, looker.At(i < 10000 ? kLength + 0.06 : kLength));
   }
@@ -303,14 +308,15 @@ TEST(BoneSpreads, RepeatedEstimatesDoNotChangeTheState) {
     b.Add(0, often.At(kLength));
     (void)b.Estimate(0);
   }
-  // Recomputed when observations have grown by a tenth: the last time with at
-  // least 364, whose median differs by less than its own error.
+  // Estimates are recomputed when the number of observations has grown by a
+  // tenth, for the last time with at least 364, whose median differs by less
+  // than its error.
   EXPECT_NEAR(a.Estimate(0)->length_m, b.Estimate(0)->length_m, 0.0007);
 }
 
-TEST(BoneSpreads, TheHeadIsRigid) {
+TEST(BoneSpreads, HeadIsRigid) {
   // COCO-17 has 18 bones, four of them among the five joints of the head; the
-  // other six pairs of those joints are added.
+  // other six pairs of these joints are added.
   const std::vector<Bone> pairs = RigidPairs(Coco17());
   EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
   BoneSpreads spreads(Coco17());
@@ -330,11 +336,12 @@ TEST(BoneSpreads, TheHeadIsRigid) {
   EXPECT_NEAR(spreads.Estimate(find(0, 4))->length_m, 0.15, 0.004);
 }
 
-// Nine frames with a common spread carry its information once: together 5 mm.
-// Spread that the observations cannot show counts less: the fourth root of the
-// number of frames. An error of the length is common to all frames; in reported
-// covariances nine of them have no more information than the length itself.
-TEST(BoneSpreads, FactorSigmaFromSpreadAndLengthSigma) {
+// Nine frames with a common spread together have the information of one spread
+// of 5 mm. Spread that the observations cannot exclude counts less, with the
+// fourth root of the number of frames. An error of the length is common to all
+// frames; in reported covariances nine frames have no more information than the
+// length itself.
+TEST(BoneSpreads, ConstraintSigmaMatchesHandComputedValues) {
   struct Case {
     double spread_m, bound_m, length_sigma_m, frames;
     BoneUse use;
@@ -368,7 +375,7 @@ Skeleton FourBones() {
                   {{0, 1}, {1, 2}, {2, 3}, {3, 4}});
 }
 
-TEST(BoneSpreads, RigidBonesTightenEachOthersSpreadBound) {
+TEST(BoneSpreads, PoolingRigidBonesTightensSpreadBounds) {
   double alone_m2 = 0.0;
   double together_m2 = 0.0;
   for (uint64_t seed = 20; seed < 40; ++seed) {
@@ -384,12 +391,12 @@ TEST(BoneSpreads, RigidBonesTightenEachOthersSpreadBound) {
     alone_m2 += std::pow(alone.Estimate(0)->spread_bound_m, 2);
     together_m2 += std::pow(together.Estimate(0)->spread_bound_m, 2);
   }
-  // Four estimates of one spread have half the standard error of its variance;
+  // Four estimates of the same spread halve the standard error of its variance;
   // their random differences reduce the gain.
   EXPECT_LT(together_m2, 0.75 * alone_m2);
 }
 
-TEST(BoneSpreads, AVaryingBoneIsNotShrunkToRigidOnes) {
+TEST(BoneSpreads, VaryingBoneIsNotShrunkToRigidBones) {
   Looker looker(14);
   Random random(15);
   BoneSpreads spreads(FourBones());
@@ -397,16 +404,16 @@ TEST(BoneSpreads, AVaryingBoneIsNotShrunkToRigidOnes) {
     spreads.Add(0, looker.At(random.Normal(kLength, 0.02)));
     for (int bone = 1; bone < 4; ++bone) spreads.Add(bone, looker.At(kLength));
   }
-  // A standard error of the variance, 5 cm^2 in all times sqrt(3.34 / 400), is
-  // 0.45 cm^2: 1.1 mm of 2 cm. Twice that, and as much for the shrinkage
-  // towards the other bones.
+  // The standard error of the variance, 5 cm^2 in total times sqrt(3.34 / 400),
+  // is 0.45 cm^2, or 1.1 mm at 2 cm. The tolerance is twice that, and as much
+  // again for the shrinkage towards the other bones.
   EXPECT_NEAR(spreads.Estimate(0)->spread_m, 0.02, 0.004);
   for (int bone = 1; bone < 4; ++bone) {
     EXPECT_LT(spreads.Estimate(bone)->spread_m, 0.006);
   }
 }
 
-// Ends by their views alone.
+// Bone ends located from their views alone.
 class BoneEndsTest : public ::testing::Test {
  protected:
   BoneEndsTest() : cameras_(testing::RingOfCameras(5)) {
@@ -417,7 +424,7 @@ class BoneEndsTest : public ::testing::Test {
   void See(int joint, const Vector3d& truth, int views) {
     JointChain& chain = problem_.joints[joint];
     State state = State::Zero();
-    state.head<3>() = truth + Vector3d(0.03, -0.02, 0.04);  // the solver's
+    state.head<3>() = truth + Vector3d(0.03, -0.02, 0.04);  // solver error
     chain.states = {state};
     for (int v = 0; v < views; ++v) {
       PixelMeasurement measurement;
@@ -434,7 +441,7 @@ class BoneEndsTest : public ::testing::Test {
   PersonProblem problem_;
 };
 
-TEST_F(BoneEndsTest, AreAtTheTriangulatedPositions) {
+TEST_F(BoneEndsTest, AreAtTriangulatedPositions) {
   const Vector3d a(0.2, 0.1, 1.0);
   const Vector3d b(0.1, 0.1, 0.6);
   See(0, a, 4);
@@ -453,7 +460,8 @@ TEST_F(BoneEndsTest, AreAtTheTriangulatedPositions) {
   const auto look = LookAtBone(*ends[0], *ends[1]);
   ASSERT_TRUE(look.has_value());
   EXPECT_EQ(look->freedom, 6);
-  // Exact pixels; the noise that the model expects would lengthen it.
+  // Pixels are exact, but the noise assumed by the model would increase the
+  // distance.
   EXPECT_NEAR(look->distance_m, (a - b).norm(), 1e-6);
   EXPECT_GT(look->added_m, 0.0);
   EXPECT_LT(look->added_m, 0.001);

@@ -13,14 +13,14 @@ namespace {
 
 constexpr double kBelieved = 0.5;
 
-// Joints of single frames before a ring of cameras, at 25 Hz.
+// Joints of unrelated frames in view of a ring of cameras, at 25 Hz.
 struct Looks {
   int views = 4;
   int frames = 400;
   double power = kBelieved;  // true power of the confidence
   double least_confidence = 0.1;
   double greatest_confidence = 1.0;
-  double outliers = 0.0;  // share, 100 px off
+  double outliers = 0.0;  // fraction with an error of 100 px
 };
 
 ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
@@ -44,7 +44,7 @@ ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
       px += Eigen::Vector2d(sigma_px * random.Normal(),
                             sigma_px * random.Normal());
       if (random.Chance(looks.outliers)) px.x() += 100.0;
-      // In the noise model, three times too large.
+      // The noise model is too large by a factor of three.
       views.push_back({&camera, px, 9.0 * std::pow(confidence, -kBelieved)});
       log_confidences.push_back(std::log(confidence));
     }
@@ -59,12 +59,12 @@ ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
 class ConfidencePowerTest
     : public ::testing::TestWithParam<std::tuple<double, int, double>> {};
 
-// 400 observations by four views, of five numbers each. A relative change of
-// each view's sigma by exp(-dp (ln c - mean)), whose logarithm varies by 0.56
-// for confidences uniform from 0.1 to 1, has an information of about 2 per
-// number: sd of the power 1 / sqrt(2 * 400 * 0.56^2) = 0.06, below half a step
-// of the powers that are compared (0.25, then 0.5). Views with less information
-// contribute less.
+// 400 joints in four views have five residual degrees of freedom each. A change
+// dp of the power changes each view's sigma by the factor exp(-dp (ln c -
+// mean)), whose exponent has a standard deviation of 0.56 dp for confidences
+// uniform in 0.1 to 1. The standard deviation of the power is about 1 / sqrt(2
+// * 400 * 0.56^2) = 0.06, less than half a step of the candidate powers (0.25,
+// then 0.5).
 TEST_P(ConfidencePowerTest, IsEstimatedFromTheErrors) {
   Looks looks;
   looks.power = std::get<0>(GetParam());
@@ -93,7 +93,7 @@ TEST(ConfidencePower, EqualConfidencesKeepTheConfiguredPower) {
   EXPECT_EQ(learnt.SigmaFactor(std::log(0.3)), 1.0);
 }
 
-TEST(ConfidencePower, NoObservationsChangeNothing) {
+TEST(ConfidencePower, NoObservationsKeepTheConfiguredPower) {
   const ConfidenceLearner learner(0.6, 25.0);
   EXPECT_EQ(learner.Fit().added_power, 0.0);
 }
@@ -104,10 +104,10 @@ TEST(ConfidencePower, SkipsFramesThatFollowTooSoon) {
   for (int k = 0; k < 1200; ++k) {
     looked_at += fast.BeginFrame(FromSeconds(k / 120.0)) ? 1 : 0;
   }
-  EXPECT_EQ(looked_at, 100);  // of ten seconds
+  EXPECT_EQ(looked_at, 100);  // ten per second
   ConfidenceLearner slow(kBelieved, 5.0);
   for (int k = 0; k < 50; ++k) {
-    // Clocks that jitter by a tenth of a millisecond.
+    // The clock jitters by a tenth of a millisecond.
     EXPECT_TRUE(slow.BeginFrame(FromSeconds(0.2 * k - 1e-4 * (k % 2)))) << k;
   }
 }

@@ -20,8 +20,8 @@ TEST(InformationTest, WhiteErrorsKeepTheInformation) {
   EXPECT_EQ(CovarianceFactor(white, kFrame_s, 1.0, 1e-4), 1.0);
 }
 
-TEST(InformationTest, ASlowSmootherCountsEachCorrelationTimeOnce) {
-  // Far below 1 / tau all frames within it are one: (1 + phi) / (1 - phi).
+TEST(InformationTest, SlowSmootherCountsCorrelatedErrorsOnce) {
+  // Far below 1 / tau, (1 + phi) / (1 - phi) frames count as one.
   const ErrorCorrelation lasting{1.0, 0.1};
   const double phi = std::exp(-kFrame_s / 0.1);
   EXPECT_NEAR(InformationDivisor(lasting, kFrame_s, 1e-8, 1e-2),
@@ -29,7 +29,7 @@ TEST(InformationTest, ASlowSmootherCountsEachCorrelationTimeOnce) {
   EXPECT_NEAR(CovarianceFactor(lasting, kFrame_s, 1e-8, 1e-2), 1.0, 0.01);
 }
 
-TEST(InformationTest, AFastSmootherFollowsCorrelatedErrors) {
+TEST(InformationTest, FastSmootherFollowsCorrelatedErrors) {
   const ErrorCorrelation lasting{0.9, 0.1};
   const double slow = InformationDivisor(lasting, kFrame_s, 0.1, 1e-4);
   const double fast = InformationDivisor(lasting, kFrame_s, 100.0, 1e-4);
@@ -39,7 +39,7 @@ TEST(InformationTest, AFastSmootherFollowsCorrelatedErrors) {
   EXPECT_GT(CovarianceFactor(lasting, kFrame_s, 10.0, 1e-4), 1.0);
 }
 
-// The integrals of CovarianceFactor over u = w / w_c by many narrow steps.
+// The integrals of CovarianceFactor over u = w / w_c with many narrow steps.
 double FactorByNarrowSteps(const ErrorCorrelation& correlation, double frame_s,
                            double process_noise, double variance_m2) {
   const double divisor =
@@ -65,16 +65,17 @@ double FactorByNarrowSteps(const ErrorCorrelation& correlation, double frame_s,
   return true_power / stated_power;
 }
 
-TEST(InformationTest, CovarianceFactorEqualsIntegrationByNarrowSteps) {
-  // Their power lies below 1 / tau: a hundredth of the crossover and less.
+TEST(InformationTest, CovarianceFactorMatchesNumericIntegration) {
+  // The power of correlated errors lies below 1 / tau, down to a hundredth of
+  // the crossover.
   for (const double frame_s : {1.0 / 25.0, 1.0 / 240.0}) {
     for (const double time_s : {0.1, 1.0, 10.0}) {
       for (const double process_noise : {0.1, 10.0, 1000.0}) {
         const ErrorCorrelation lasting{0.2, time_s};
         const double truth =
             FactorByNarrowSteps(lasting, frame_s, process_noise, 1e-4);
-        // The bend of H below u = 4 lies within a few of the 48 steps where
-        // w_c tau is large: half a per cent at most.
+        // If w_c tau is large, only a few steps resolve the variation of H
+        // below u = 4, which causes errors of up to half a per cent.
         EXPECT_NEAR(
             CovarianceFactor(lasting, frame_s, process_noise, 1e-4) / truth,
             1.0, 0.01)
@@ -90,7 +91,8 @@ TEST(InformationTest, TableInterpolatesTheCovarianceFactor) {
     for (const double time_s : {0.03, 0.1, 1.0}) {
       const ErrorCorrelation correlation{share, time_s};
       CovarianceFactorTable table(correlation, kFrame_s);
-      for (double ln = -30.0; ln < 45.0; ln += 0.37) {  // also beyond the table
+      for (double ln = -30.0; ln < 45.0;
+           ln += 0.37) {  // also outside the table
         const double ratio = std::exp(ln);
         farthest = std::max(farthest,
                             std::abs(table.At(ratio * 1e-4, 1e-4) /
@@ -100,8 +102,8 @@ TEST(InformationTest, TableInterpolatesTheCovarianceFactor) {
       }
     }
   }
-  // Cubic interpolation at an eighth of a unit: (1/8)^4 of the fourth
-  // derivative, which is below 1 where nothing bends.
+  // The error of cubic interpolation with a step of 1/8 is (1/8)^4 times the
+  // fourth derivative, which is below 1 away from the kink.
   EXPECT_LT(farthest, 1e-4);
 }
 
@@ -113,7 +115,8 @@ TEST(InformationTest, ProcessNoiseHasTheRequestedCrossover) {
           ProcessNoiseOfCrossover(correlation, kFrame_s, 1e-3, frequency_hz);
       const double divisor = InformationDivisor(correlation, kFrame_s, q, 1e-3);
       const double w = std::pow(q / (1e-3 * kFrame_s * divisor), 0.25);
-      // The divisor's rounds: eight, each a quarter of the one before.
+      // The divisor is iterated in eight rounds, each of which reduces the
+      // error to a quarter.
       EXPECT_NEAR(w / (2.0 * 3.14159265358979 * frequency_hz), 1.0, 1e-4)
           << share << " " << frequency_hz;
     }
@@ -129,7 +132,8 @@ constexpr double kCrossover = 20.0;
 const double kLagProcessNoise = kVarianceM2 * kFrameS * std::pow(kCrossover, 4);
 constexpr int kLagFrames = 6000;
 
-// Points of `motion`, called once a frame, with errors of that correlation.
+// The ratios learnt from points of `motion`, called once per frame, with errors
+// of the given correlation.
 LagLearner::Ratios RatiosOf(const std::function<Vector3d(double)>& motion,
                             const ErrorCorrelation& correlation,
                             int frames = kLagFrames, double off = 1.0) {
@@ -148,7 +152,7 @@ LagLearner::Ratios RatiosOf(const std::function<Vector3d(double)>& motion,
                      off * std::sqrt(kVarianceM2) *
                          (std::sqrt(correlation.share) * lasting +
                           std::sqrt(1.0 - correlation.share) * draw());
-    // A tenth of the frames lacks a point.
+    // A tenth of the frames have no point.
     if (k % 10 == 3) {
       sample.point_m.fill(std::numeric_limits<double>::quiet_NaN());
     }
@@ -168,9 +172,9 @@ double LagOf(const std::function<Vector3d(double)>& motion,
   return RatiosOf(motion, correlation, frames).lag;
 }
 
-// Driven by white noise on its derivative of that order, whose power crosses
-// that of the errors at the crossover. Limited far below it, so that nothing
-// drifts away.
+// A motion driven by white noise on its derivative of the given order, whose
+// power equals that of the errors at the crossover. High-pass filtered far
+// below it, so that the motion does not drift away.
 std::function<Vector3d(double)> Driven(int order) {
   return [order, random = Random(11),
           derivatives =
@@ -181,7 +185,7 @@ std::function<Vector3d(double)> Driven(int order) {
         std::sqrt(power / kFrameS) *
         Vector3d(random.Normal(), random.Normal(), random.Normal());
     for (Vector3d& derivative : derivatives) {
-      constexpr double kHeldBack = 2.0;  // rad/s
+      constexpr double kHeldBack = 2.0;  // rad/s, of the high-pass filter
       derivative += kFrameS * (carried - kHeldBack * derivative);
       carried = derivative;
     }
@@ -189,19 +193,20 @@ std::function<Vector3d(double)> Driven(int order) {
   };
 }
 
-// Of 60 s some 60 * 20 / pi * 3 = 1100 values are independent: their mean
+// In 60 s some 60 * 20 / pi * 3 = 1100 values are independent, so their mean
 // square is known to 4 %. Frames without a point lower the crossover, which
-// adds a tenth to the lag of jerk.
+// increases the lag of jerk by a tenth.
 constexpr double kTolerance = 0.2;
 
 TEST(MotionLagTest, SlowMotionDoesNotLag) {
-  // Its lag, (3 / 20)^4 of 0.1 m, is less than a tenth of a millimetre.
+  // The lag of this motion, (3 / 20)^4 of 0.1 m, is less than a tenth of a
+  // millimetre.
   const auto slow = [](double time_s) {
     return Vector3d(0.1 * std::sin(2.0 * time_s), 0.1 * std::cos(3.0 * time_s),
                     1.0);
   };
   EXPECT_NEAR(LagOf(slow, {0.0, 0.1}), 0.0, kTolerance);
-  // Lasting errors are not mistaken for motion.
+  // Correlated errors are not mistaken for motion.
   EXPECT_NEAR(LagOf(slow, {0.9, 0.1}), 0.0, kTolerance);
 }
 
@@ -210,7 +215,8 @@ TEST(MotionLagTest, WhiteJerkHasTheLagOfThePrior) {
 }
 
 TEST(MotionLagTest, WhiteAccelerationHasLessLagThanThePrior) {
-  // u^4 / (1 + u^4)^4 and u^2 / (1 + u^4)^4 over u: 0.0607 and 0.1302.
+  // The integrals of u^4 / (1 + u^4)^4 and u^2 / (1 + u^4)^4 over u are 0.0607
+  // and 0.1302.
   EXPECT_NEAR(LagOf(Driven(2), {0.0, 0.1}), 0.466, kTolerance);
 }
 
@@ -221,15 +227,15 @@ TEST(MotionLagTest, FewFramesKeepThePrior) {
   EXPECT_EQ(LagLearner().Fit().noise, 1.0);
 }
 
-// Points a fifth more accurate than their covariances do not appear as missing
-// lag.
+// If points are a fifth more accurate than their covariances, the lag is not
+// underestimated.
 TEST(MotionLagTest, OverstatedCovariancesDoNotReduceTheLag) {
   for (const double off : {0.8, 1.0}) {
     for (const ErrorCorrelation correlation :
          {ErrorCorrelation{0.0, 0.1}, ErrorCorrelation{0.9, 0.1}}) {
       const LagLearner::Ratios ratios =
           RatiosOf(Driven(3), correlation, kLagFrames, off);
-      // Lasting errors have little power above the crossover.
+      // Correlated errors have little power above the crossover.
       EXPECT_NEAR(ratios.noise, off * off, 0.15 * off * off);
       EXPECT_NEAR(ratios.lag, LagOf(Driven(3), correlation), kTolerance);
     }

@@ -15,7 +15,7 @@ namespace {
 constexpr double kUsual = 2.0;    // m^2/s^3
 constexpr double kSigma = 0.005;  // m
 
-// Evidence of every frame of a simulated joint whose process noise is
+// The evidence in every frame of a simulated joint whose process noise is
 // kUsual times `level(t)`.
 template <typename LevelAt>
 std::vector<Levels> Simulate(double rate_hz, double seconds,
@@ -57,11 +57,11 @@ Levels Sum(const std::vector<Levels>& evidence) {
   return sum;
 }
 
-TEST(MotionLevelTest, LikelihoodFindsTheProcessNoise) {
-  // The smoother's bandwidth is (q / (R h))^(1/4), 37 to 52 rad/s: in 20 s
-  // about 300 independent values on each of three axes, so ln q is accurate to
-  // about 0.1. The parabola over levels ln 3.2 apart adds as much; three times
-  // the sum.
+TEST(MotionLevelTest, LikelihoodRecoversTheProcessNoise) {
+  // The smoother's bandwidth is (q / (R h))^(1/4), 37 to 52 rad/s, which gives
+  // about 300 independent values in 20 s on each of three axes, so ln q is
+  // accurate to about 0.1. The parabola over levels that are ln 3.2 apart adds
+  // as much. The tolerance is three times the sum.
   for (const double rate_hz : {30.0, 120.0}) {
     for (const double level : {0.3, 1.0, 30.0}) {
       std::vector<TimeNs> times;
@@ -88,9 +88,9 @@ TEST(MotionLevelTest, LocatesABurst) {
     for (const Levels& frame : evidence) seen.push_back(Likelihood(frame));
     const std::vector<double> levels =
         SmoothLevels(chain.stationary(), times, seen, &chain);
-    // Three thousand times stronger. Up to half a second before, the level is
-    // at most half way from that of rest. Afterwards it may remain high: the
-    // stiff filters lost the joint in the burst and are slow to recover it.
+    // The burst is three thousand times stronger. Until half a second before
+    // it, the level rises at most halfway. Afterwards it may remain high,
+    // because the stiff filters lose the joint in the burst and recover slowly.
     for (size_t k = 0; k < levels.size(); ++k) {
       const double t = ToSeconds(times[k]);
       if (t > 4.1 && t < 4.4) {
@@ -99,7 +99,7 @@ TEST(MotionLevelTest, LocatesABurst) {
       if (t > 1.0 && t < 3.5) {
         EXPECT_LT(levels[k], std::log(2.0)) << t;
       }
-      // The burst itself is clearly visible.
+      // Well after the burst, the level is low again.
       if (t > 5.5) {
         EXPECT_LT(levels[k], std::log(20.0)) << t;
       }
@@ -107,12 +107,12 @@ TEST(MotionLevelTest, LocatesABurst) {
   }
 }
 
-TEST(LevelChainTest, IsTheSameAtAnyFrameRate) {
+TEST(LevelChainTest, IsConsistentAcrossFrameRates) {
   LevelChain chain(0.7);
   const LevelChain::Matrix step = chain.Transition(FromSeconds(0.004));
   LevelChain::Matrix many = LevelChain::Matrix::Identity();
   for (int i = 0; i < 10; ++i) many = (step * many).eval();
-  // Rounding alone: ten products of entries below 1.
+  // Rounding errors of ten products of entries below 1.
   EXPECT_LT((many - chain.Transition(FromSeconds(0.04))).cwiseAbs().maxCoeff(),
             1e-12);
   for (int i = 0; i < kLevelCount; ++i) {
@@ -121,13 +121,13 @@ TEST(LevelChainTest, IsTheSameAtAnyFrameRate) {
   }
 }
 
-TEST(LevelChainTest, StaysNearTheRecordingsLevel) {
+TEST(LevelChainTest, StaysNearTheRecordingLevel) {
   LevelChain chain(1.5);
   LevelChain::Vector log_levels;
   for (int i = 0; i < kLevelCount; ++i) log_levels[i] = LogLevel(i);
   EXPECT_NEAR(chain.stationary().dot(log_levels), 1.5, 0.05);
-  // Jumps to any level pull the stationary distribution towards the middle of
-  // the grid, by at most their share: 0.2 per second against 1 / 0.5 s.
+  // Jumps to any level shift the stationary distribution towards the middle of
+  // the grid, by at most the ratio of their rate, 0.2 per second, to 1 / 0.5 s.
   const LevelChain::Vector later =
       chain.Transition(FromSeconds(20.0)) * chain.stationary();
   EXPECT_NEAR(later.dot(log_levels), 1.5, 0.2 * 2.0);
@@ -136,7 +136,7 @@ TEST(LevelChainTest, StaysNearTheRecordingsLevel) {
 constexpr TimeNs kFrame = 40'000'000;
 constexpr double kSigmaM = 0.005;
 
-// Passes 100 frames of a swinging joint to a bank, from `begin` on.
+// Passes 100 frames of an oscillating joint to a bank, from `begin` on.
 void ShowSwing(TimeNs begin, FilterBank* bank, Levels* evidence) {
   for (int k = 0; k < 100; ++k) {
     FramePoint point;
@@ -148,10 +148,10 @@ void ShowSwing(TimeNs begin, FilterBank* bank, Levels* evidence) {
 
 class FilterBankPauses : public ::testing::TestWithParam<double> {};
 
-// After a minute even the level with the least process noise has an uncertainty
-// of metres. The evidence of a recording with a pause differs from that of two
-// recordings only in the first point after it, which must not dominate the
-// levels.
+// After a minute even the filter with the least process noise has an
+// uncertainty of metres. The evidence of a recording with a pause differs from
+// that of two separate recordings only in the first point after the pause,
+// which must not dominate the levels.
 TEST_P(FilterBankPauses, DoNotDegradeTheLikelihoods) {
   const double usual = UsualProcessNoise(JointClass::kWrist);
   Levels whole{};
@@ -165,9 +165,9 @@ TEST_P(FilterBankPauses, DoNotDegradeTheLikelihoods) {
   }
   for (int level = 0; level < kLevelCount; ++level) {
     ASSERT_TRUE(std::isfinite(whole[level])) << "level " << level;
-    // The likelihood of that point is reduced by the spread of the prediction,
-    // at most the log of q dt^3 / 3 for each axis, and by nothing after a
-    // restart.
+    // The log-likelihood of this point is reduced by the spread of the
+    // prediction, at most the logarithm of q dt^3 / 3 for each axis; not at all
+    // after a restart.
     const double spread =
         usual * std::exp(LogLevel(level)) * std::pow(GetParam() + 1.0, 3.0);
     const double bound = 1.5 * std::log1p(spread / (kSigmaM * kSigmaM)) + 10.0;
@@ -181,7 +181,7 @@ INSTANTIATE_TEST_SUITE_P(All, FilterBankPauses,
                          ::testing::Values(60.0, 3600.0, 14400.0, 86400.0,
                                            3.15e7));
 
-TEST(MotionGroupsTest, LimbsAreGroupedBySideAndTheTrunkByClass) {
+TEST(MotionGroupsTest, LimbsAreGroupedBySideAndTrunkByClass) {
   const Skeleton& body = Halpe26();
   const MotionGroups groups(body);
   const auto group = [&](const std::string& joint) {
@@ -195,7 +195,8 @@ TEST(MotionGroupsTest, LimbsAreGroupedBySideAndTheTrunkByClass) {
   EXPECT_EQ(group("l_hip"), group("r_hip"));
   EXPECT_EQ(group("l_ear"), group("nose"));
   EXPECT_EQ(group("neck"), group("mid_hip"));
-  // head, trunk, shoulder, hip; elbow, wrist, knee, ankle, foot on two sides.
+  // Head, trunk, shoulder, hip; elbow, wrist, knee, ankle and foot on each
+  // side.
   ASSERT_EQ(groups.size(), 4 + 5 * 2);
   double sum = 0.0;
   for (int g = 0; g < groups.size(); ++g) sum += groups.share_of_class(g);

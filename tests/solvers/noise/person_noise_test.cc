@@ -27,7 +27,7 @@ class PersonNoiseTest : public ::testing::Test {
   SimulatedRecording Take(const SimulatedNoise& noise, double process_noise) {
     GraphOptions drawn = testing::FixedNoise();
     drawn.process_noise.fill(process_noise);
-    // Stays in front of the cameras for 20 s.
+    // Slow enough to stay in front of the cameras for 20 s.
     drawn.birth_velocity_sigma_mps = 0.02;
     drawn.birth_position_sigma_m = 0.3;
     Random random(11);
@@ -56,7 +56,7 @@ class PersonNoiseTest : public ::testing::Test {
     return noise.Learnt();
   }
 
-  // The same, or of every frame after the other.
+  // Learns the noise of a whole recording or, if `causal`, frame by frame.
   LearntNoise Learn(const SimulatedRecording& recording, bool causal) {
     if (!causal) return LearnWhole(recording.frames);
     Assembler assembler(scene_, options_);
@@ -72,7 +72,7 @@ class PersonNoiseTest : public ::testing::Test {
 
   SceneModel scene_;
   GraphOptions options_;
-  PersonProblem problem_;  // that was learnt from
+  PersonProblem problem_;  // from which the noise was learnt
 };
 
 TEST_F(PersonNoiseTest, EstimatesTheSimulatedNoise) {
@@ -81,21 +81,23 @@ TEST_F(PersonNoiseTest, EstimatesTheSimulatedNoise) {
   noise.correlation_time_s = 0.1;
   noise.outliers = 0.03;
   noise.missing = 0.05;
-  constexpr double kProcessNoise = 2e-4;  // slow: it stays in the room
+  constexpr double kProcessNoise = 2e-4;  // slow, so it stays in the room
   const SimulatedRecording recording = Take(noise, kProcessNoise);
   const auto elbow = static_cast<size_t>(JointClass::kElbow);
   for (const bool causal : {false, true}) {
     const LearntNoise learnt = Learn(recording, causal);
     const LearntNoise::OfClass& of_class = learnt.classes[elbow];
     EXPECT_EQ(of_class.joints_seen, 1200);
-    // 20 s of errors that last 0.1 s are 100 independent values of five
-    // coordinates: the 0.3 quantile is accurate to 5 % of sigma (as in
-    // pixel_noise_test.cc), with three classes shrunk to their common scale; 15
-    // % of joint-frames with an outlier among four views raise it by 5 %.
+    // 20 s of errors with a correlation time of 0.1 s have 100 independent
+    // values of five coordinates, so the 0.3 quantile is accurate to 5 % of
+    // sigma (as in pixel_noise_test.cc), with three classes shrunk to their
+    // common scale; 15 % of the joints have an outlier in one of four views,
+    // which increases the quantile by 5 %.
     EXPECT_NEAR(of_class.sigma_px, 3.0, 0.5) << causal;
     EXPECT_NEAR(learnt.correlation.time_s, 0.1, 0.04) << causal;
     EXPECT_GT(learnt.correlation.share, 0.8) << causal;
-    // Far below what people do: the floor of a tenth of the usual.
+    // Far below the motion of people, so the result is the minimum of a tenth
+    // of the typical power.
     EXPECT_NEAR(of_class.process_noise,
                 0.1 * UsualProcessNoise(JointClass::kElbow), 1e-9)
         << causal;
@@ -126,7 +128,8 @@ TEST_F(PersonNoiseTest, PixelAndProcessNoiseCanBeFixedSeparately) {
             given.measurements[0].sigma_px);
 }
 
-// The noise model assumes informative confidences.
+// The noise model assumes informative confidences, but the detector's errors do
+// not depend on them.
 TEST_F(PersonNoiseTest, DetectsUninformativeConfidences) {
   GraphOptions without = testing::FixedNoise();
   without.confidence_power = 0.0;
@@ -138,8 +141,9 @@ TEST_F(PersonNoiseTest, DetectsUninformativeConfidences) {
     SCOPED_TRACE(causal);
     const LearntNoise learnt = Learn(recording, causal);
     EXPECT_EQ(learnt.confidence_power, 0.0);
-    // Greatest sigma over the least: 20^p, but for the person's distance from
-    // the cameras (4 to 6 m, at most 1.5).
+    // The ratio of the greatest to the least sigma would be 20^p. What remains
+    // is the ratio of the person's distances from the cameras (4 to 6 m), at
+    // most 1.5.
     const auto [least, greatest] = std::minmax_element(
         problem_.joints[0].measurements.begin(),
         problem_.joints[0].measurements.end(),
@@ -147,16 +151,17 @@ TEST_F(PersonNoiseTest, DetectsUninformativeConfidences) {
           return a.sigma_px < b.sigma_px;
         });
     EXPECT_LT(greatest->sigma_px / least->sigma_px, 1.6);
-    // The true noise: 6 px at any confidence, accurate to 5 %.
+    // The true noise is 6 px at any confidence; the estimate is accurate to 5
+    // %.
     EXPECT_NEAR(
         learnt.classes[static_cast<size_t>(JointClass::kWrist)].sigma_px, 6.0,
         0.6);
   }
 }
 
-// After a long rest a joint is kicked: 50 m/s^2 for 0.1 s, then it coasts and
-// is stopped the same way. All four views agree all the time.
-TEST_F(PersonNoiseTest, AgreeingViewsAreFollowedAfterALongRest) {
+// After a long rest a joint is accelerated by 50 m/s^2 for 0.1 s, then coasts
+// and is stopped in the same way. All four views agree at all times.
+TEST_F(PersonNoiseTest, FollowsAgreeingViewsAfterALongRest) {
   constexpr int kFrames = 720;
   std::vector<std::vector<State>> truth(3);
   for (size_t j = 0; j < 3; ++j) {
@@ -188,20 +193,20 @@ TEST_F(PersonNoiseTest, AgreeingViewsAreFollowedAfterALongRest) {
     return largest;
   };
   for (const bool batch : {true, false}) {
-    // One frame's triangulation is good to 8 mm / sqrt(2) in each of two
+    // The triangulation of one frame is accurate to 8 mm / sqrt(2) in two
     // directions and 4 mm in the third; the largest of 2160 such errors is four
-    // times that, 35 mm. Twice that at the onset of a kick, which earlier
-    // frames cannot predict.
+    // times that, 35 mm. The limit is twice that, for the onset of the
+    // acceleration, which earlier frames cannot predict.
     EXPECT_LT(worst(options_, batch), 0.07) << batch;
-    // For comparison: a process noise for quiet people loses the joint.
+    // For comparison, a process noise for people at rest loses the joint.
     EXPECT_GT(worst(testing::FixedNoise(), batch), 0.15) << batch;
   }
 }
 
-// Frames after and before a frame are equally informative: the reversed
-// recording has the same process noise, reversed. Which pairs of frames
-// determine the correlation depends on the first one, which leaves some
-// hundredths; a filter in one direction alone is off by a half.
+// Frames after and before a frame are equally informative, so the reversed
+// recording has the same process noise, reversed. The pairs of frames that
+// determine the correlation depend on the first frame, which causes differences
+// of a few per cent; a filter in one direction only would differ by a half.
 TEST_F(PersonNoiseTest, ReversedRecordingHasTheReversedProcessNoise) {
   const SimulatedRecording recording = Take(SimulatedNoise(), 2.0);
   const auto process_noise = [&](std::vector<EstimatorFrame> frames) {
@@ -217,14 +222,14 @@ TEST_F(PersonNoiseTest, ReversedRecordingHasTheReversedProcessNoise) {
       process_noise({recording.frames.rbegin(), recording.frames.rend()});
   std::reverse(backwards.begin(), backwards.end());
   ASSERT_EQ(forwards.size(), backwards.size());
-  // Near its first frame a filter knows little.
+  // Near its first frame, a filter has little information.
   for (size_t k = 60; k + 60 < forwards.size(); ++k) {
     EXPECT_NEAR(backwards[k] / forwards[k], 1.0, 0.1) << k;
   }
 }
 
 // One arm moves and the other rests: each has its own level.
-TEST_F(PersonNoiseTest, ARestingArmHasLessProcessNoiseThanAMovingOne) {
+TEST_F(PersonNoiseTest, RestingArmHasLessProcessNoiseThanMovingArm) {
   scene_.skeleton = Skeleton("arms", {"l_wrist", "r_wrist"}, {});
   constexpr int kFrames = 300;
   constexpr double kSwing = 2.0 * 3.14159265 * 2.0;  // rad/s
@@ -237,9 +242,9 @@ TEST_F(PersonNoiseTest, ARestingArmHasLessProcessNoiseThanAMovingOne) {
     truth[0].push_back(state);
   }
   LearnWhole(See(truth, 1.0 / 3.0, 14).frames);  // 2 px: 8 mm
-  // A swing of 47 m/s^2 at 2 Hz corresponds to hundreds of times the process
-  // noise of the stiffest filter, which suits a resting arm. The limit is a
-  // tenth of that, because few frames determine it poorly.
+  // An oscillation of 47 m/s^2 at 2 Hz corresponds to hundreds of times the
+  // process noise of the stiffest filter, which suits a resting arm. The limit
+  // is a tenth of that, because few frames determine it poorly.
   for (int k = 60; k < kFrames - 60; ++k) {
     ASSERT_GT(problem_.joints[0].process_noise[k],
               20.0 * problem_.joints[1].process_noise[k])
@@ -247,10 +252,10 @@ TEST_F(PersonNoiseTest, ARestingArmHasLessProcessNoiseThanAMovingOne) {
   }
 }
 
-// Heavy noise hides a quiet joint's motion, so it is assumed to be as active as
-// the person's others; with little noise its rest is visible, whatever the
-// other joints do.
-TEST_F(PersonNoiseTest, LargePixelNoiseHidesTheRestOfAJoint) {
+// Large noise masks the motion of a joint at rest, so it is assumed to be as
+// active as the person's other joints; with little noise it is seen to rest,
+// regardless of the other joints.
+TEST_F(PersonNoiseTest, LargePixelNoiseMasksTheRestOfAJoint) {
   constexpr int kFrames = 300;
   const auto least_of_shoulder = [&](bool moves, double sigma_scale) {
     std::vector<std::vector<State>> truth(3);
@@ -270,14 +275,16 @@ TEST_F(PersonNoiseTest, LargePixelNoiseHidesTheRestOfAJoint) {
         .least_process_noise;
   };
   const double usual = UsualProcessNoise(JointClass::kShoulder);
-  // The stiffest filter is at a fortieth: nothing is quieter.
+  // The stiffest filter has a fortieth of the typical power, the minimum.
   const double still = usual / 40.0;
-  // 12 px at 4 m are 48 mm, and 31 mm per axis of each located point. A
-  // crossover of 2.5 Hz then corresponds to 1 m^2/s^3, more than the usual; the
-  // limit is the mean of three classes, two of which move about as usual.
+  // 12 px at 4 m are 48 mm, and 31 mm per axis of a triangulated point. A
+  // crossover of 2.5 Hz then corresponds to 1 m^2/s^3, more than the typical
+  // power; the level is therefore the mean of three classes, two of which move
+  // about typically.
   EXPECT_GT(least_of_shoulder(true, 2.0), 0.25 * usual);
   EXPECT_LT(least_of_shoulder(false, 2.0), 4.0 * still);
-  // 2.4 mm at 4 m: 2.5e-3 m^2/s^3, below the stiffest filter.
+  // 2.4 mm at 4 m corresponds to 2.5e-3 m^2/s^3, less than in the stiffest
+  // filter.
   EXPECT_LT(least_of_shoulder(true, 0.1), 2.0 * still);
 }
 

@@ -10,8 +10,8 @@
 namespace kinegraph {
 namespace {
 
-// Residuals of four views, sigma times `scale`, five degrees of freedom: the
-// first five coordinates are noise, the rest is explained.
+// Residuals of four views with sigma `scale` and five degrees of freedom: five
+// coordinates are noise, three are explained by the point.
 TriangulationResiduals Draw(double scale, Random* random) {
   TriangulationResiduals residuals;
   residuals.views.resize(4);
@@ -22,8 +22,8 @@ TriangulationResiduals Draw(double scale, Random* random) {
   return residuals;
 }
 
-TEST(ChiSquareTest, QuantilesEqualPrintedTables) {
-  // Printed tables, and the median of two degrees of freedom in closed form.
+TEST(ChiSquareTest, QuantilesMatchPublishedTables) {
+  // Published tables, and the median for two degrees of freedom in closed form.
   EXPECT_NEAR(ChiSquareQuantile(0.95, 3.0), 7.814728, 1e-6);
   EXPECT_NEAR(ChiSquareQuantile(0.5, 2.0), 2.0 * std::log(2.0), 1e-9);
   EXPECT_NEAR(ChiSquareQuantile(0.3, 1.0), 0.148472, 1e-6);
@@ -36,9 +36,10 @@ TEST(NoiseScalesTest, RecoversTheScale) {
   for (int i = 0; i < 2000; ++i) {
     scales.Add(JointClass::kKnee, Draw(1.7, &random));
   }
-  // The 0.3 quantile of n draws has the standard error
-  // sqrt(0.21 / n) / density(3.0) = 0.066, 1.1 % of sigma; three of them, and
-  // the prior's share of 60 in 2000 that pulls ln 1.7 by 3 %.
+  // The 0.3 quantile of n draws has the standard error sqrt(0.21 / n) /
+  // density(3.0) = 0.066, 1.1 % of sigma. The tolerance is three of these, plus
+  // the bias of ln 1.7 by 3 % from the prior, which has the weight of 60 in
+  // 2000.
   EXPECT_NEAR(scales.Scale(JointClass::kKnee), 1.7, 1.7 * (0.033 + 0.016));
   EXPECT_EQ(scales.count(JointClass::kKnee), 2000);
 }
@@ -49,12 +50,13 @@ TEST(NoiseScalesTest, OutliersHardlyMatter) {
   for (int i = 0; i < 2000; ++i) {
     scales.Add(JointClass::kWrist, Draw(i % 10 == 0 ? 30.0 : 1.0, &random));
   }
-  // A tenth of large ones makes the 0.3 quantile the 0.333 quantile of the
-  // rest: 3.21 instead of 3.00, 3.5 % of sigma; and three standard errors.
+  // With a tenth of large values, the 0.3 quantile is the 0.333 quantile of the
+  // others: 3.21 instead of 3.00, 3.5 % of sigma. The tolerance is three
+  // standard errors.
   EXPECT_NEAR(scales.Scale(JointClass::kWrist), 1.035, 0.035);
 }
 
-TEST(NoiseScalesTest, ARarelySeenClassTakesThePersonsScale) {
+TEST(NoiseScalesTest, RarelySeenClassUsesThePersonsScale) {
   Random random(3);
   NoiseScales scales;
   EXPECT_EQ(scales.Scale(JointClass::kHead), 1.0);
@@ -64,19 +66,19 @@ TEST(NoiseScalesTest, ARarelySeenClassTakesThePersonsScale) {
   for (int i = 0; i < 4; ++i) {
     scales.Add(JointClass::kAnkle, Draw(4.0, &random));
   }
-  // ln 8 between the two, of which 4 / 44 counts.
+  // The difference of ln 8 has the weight 4 / 44.
   EXPECT_NEAR(std::log(scales.Scale(JointClass::kAnkle) /
                        scales.Scale(JointClass::kHip)),
               std::log(8.0) * 4.0 / 44.0, 0.1);
-  // The person's scale is that of all classes together, in which the four move
-  // a 0.3 quantile of 2004 by well below one per cent of the scale; its own
+  // The person's scale is that of all classes together, in which four of 2004
+  // values change the 0.3 quantile by well below one per cent of the scale; its
   // standard error is as large.
   EXPECT_NEAR(scales.Scale(JointClass::kHead) / scales.Scale(JointClass::kHip),
               1.0, 0.02);
 }
 
-// Fits the correlation of one joint in `views` views over `seconds`, AR(1)
-// errors with that share and time.
+// Fits the correlation of one joint in four views over `seconds`, for AR(1)
+// errors with the given share and correlation time.
 ErrorCorrelation FitSimulated(double share, double time_s, double rate_hz,
                               double seconds, uint64_t seed) {
   constexpr int kViews = 4;
@@ -96,7 +98,8 @@ ErrorCorrelation FitSimulated(double share, double time_s, double rate_hz,
       view.residual = std::sqrt(share) * slow[v] +
                       std::sqrt(1.0 - share) *
                           Eigen::Vector2d(random.Normal(), random.Normal());
-      // Five of eight coordinates remain, which reduces the square accordingly.
+      // Five of eight degrees of freedom remain, which reduces the sum of
+      // squares accordingly.
       residuals.square += 5.0 / 8.0 * view.residual.squaredNorm();
     }
     learner.Add(0, FromSeconds(k / rate_hz), 1.0, residuals);
@@ -105,10 +108,10 @@ ErrorCorrelation FitSimulated(double share, double time_s, double rate_hz,
 }
 
 TEST(CorrelationLearnerTest, EstimatesShareAndCorrelationTime) {
-  // 60 s of errors that last 0.1 s are 60 / 0.2 independent values in each of
-  // eight coordinates: correlations are accurate to 1 / sqrt(2400) = 0.02, a
-  // time between lags of 0 and 0.25 s to about a tenth. Frames with large
-  // residuals are left out, which shortens it a little.
+  // 60 s of errors with a correlation time of 0.1 s have 60 / 0.2 independent
+  // values in each of eight coordinates, so correlations are accurate to 1 /
+  // sqrt(2400) = 0.02, and the correlation time to about a tenth. Frames with
+  // large residuals are left out, which shortens it slightly.
   for (const double rate_hz : {25.0, 120.0}) {
     const ErrorCorrelation fit = FitSimulated(0.9, 0.1, rate_hz, 60.0, 4);
     EXPECT_NEAR(fit.share, 0.9, 0.1) << rate_hz;
@@ -122,25 +125,27 @@ TEST(CorrelationLearnerTest, WhiteErrorsHaveNoCorrelatedShare) {
   }
 }
 
-TEST(CorrelationLearnerTest, ASmallShareIsKeptOnlyAtHighFrameRates) {
-  // Below the crossover it has 2 * 0.1 * 0.5 s / 0.9 * rate of the power of the
-  // white part: 27 times as much at 240 Hz, 2.8 at 25 Hz, where it is left out.
+TEST(CorrelationLearnerTest, SmallShareIsKeptOnlyAtHighFrameRates) {
+  // Below the crossover the correlated part has 2 * 0.1 * 0.5 s / 0.9 * rate
+  // times the power of the white part: 27 times at 240 Hz, 2.8 times at 25 Hz,
+  // where it is neglected.
   EXPECT_NEAR(FitSimulated(0.1, 0.5, 240.0, 60.0, 6).share, 0.1, 0.04);
   EXPECT_EQ(FitSimulated(0.1, 0.5, 25.0, 60.0, 6).share, 0.0);
 }
 
-TEST(CorrelationLearnerTest, AConstantErrorHasALongCorrelationTime) {
-  // A fifth of the variance is practically constant: over a quarter of a second
-  // it must not appear to decay. 60 s at 60 Hz make correlations good to about
-  // 1 / sqrt(8 * 3600) = 0.006, which a time of 2 s would miss by 0.2 * (1 -
-  // exp(-0.25 / 2)) = 0.024 at the longest lag.
+TEST(CorrelationLearnerTest, ConstantErrorHasALongCorrelationTime) {
+  // A fifth of the variance is practically constant and must not appear to
+  // decay over a quarter of a second. With 60 s at 60 Hz correlations are
+  // accurate to about 1 / sqrt(8 * 3600) = 0.006; with a correlation time of 2
+  // s the correlation at the longest lag would differ by 0.2 * (1 - exp(-0.25 /
+  // 2)) = 0.024.
   const ErrorCorrelation fit = FitSimulated(0.2, 1e6, 60.0, 60.0, 7);
   EXPECT_GT(fit.time_s, 2.0);
   EXPECT_LT(fit.time_s, 10.0);
   EXPECT_GT(fit.share, 0.0);
 }
 
-TEST(CorrelationLearnerTest, StartsFromThePrior) {
+TEST(CorrelationLearnerTest, EqualsThePriorWithoutObservations) {
   const ErrorCorrelation fit = CorrelationLearner(17, 4, 25.0).Fit();
   EXPECT_NEAR(fit.share, 0.9, 0.02);
   EXPECT_NEAR(fit.time_s, 0.1, 0.01);

@@ -13,7 +13,7 @@
 namespace kinegraph {
 namespace {
 
-// A left hip, and optionally a knee, observed by five cameras ten times per
+// A left hip and optionally a knee, observed by five cameras ten times per
 // second for a minute.
 struct BodyRecording {
   double turns = 6.0;  // of the body, in total
@@ -95,8 +95,8 @@ class ViewBiasTest : public ::testing::Test {
     return series.Fit(always);
   }
 
-  // 2 cm across and 1.5 cm along with two periods per turn, unlike any offset
-  // of the joint.
+  // 2 cm across and 1.5 cm along the trunk, with two periods per revolution,
+  // unlike a constant offset of the joint.
   static ViewBias::OfJoint TwiceAround() {
     ViewBias::OfJoint bias;
     bias.used = true;
@@ -122,26 +122,27 @@ TEST_F(ViewBiasTest, EstimatesTheSimulatedBias) {
   EXPECT_EQ(hip.observations, 3000);
   EXPECT_TRUE(hip.used);
   EXPECT_NEAR(learnt.azimuth_deg, 360.0, 1e-9);
-  // 3000 observations of 8 mm and a mean square of 0.5 determine a coefficient
-  // to 0.2 mm; four of ridge and the part that the joint's position takes
-  // (three of ten numbers) leave it 1 mm small. 2 mm are two of those.
+  // 3000 observations with errors of 8 mm and features with a mean square of
+  // 0.5 determine a coefficient to 0.2 mm; the ridge and the part that the
+  // joint's position absorbs (three of ten numbers) make it too small by 1 mm.
+  // The tolerance is twice that.
   for (size_t i = 0; i < kViewFeatureCount; ++i) {
-    if (i >= 7)
-      continue;  // with all cameras at one height determined by the ridge
+    if (i >= 7) continue;  // undetermined, as all cameras have the same height
     EXPECT_NEAR(hip.across_m[i], recording.bias.across_m[i], 2e-3) << i;
     EXPECT_NEAR(hip.along_m[i], recording.bias.along_m[i], 2e-3) << i;
   }
-  EXPECT_GT(hip.gain, 0.5);  // 16 mm of bias beside 8 mm of noise
+  EXPECT_GT(hip.gain, 0.5);  // 16 mm of bias, 8 mm of noise
 }
 
-TEST_F(ViewBiasTest, ADetectorWithoutBiasGetsNone) {
+TEST_F(ViewBiasTest, LearnsNoBiasFromAnUnbiasedDetector) {
   const ViewBias learnt = Learn(BodyRecording(), false);
   EXPECT_FALSE(learnt.joints[line_].used);
   EXPECT_TRUE(learnt.empty());
 }
 
-// A body-fixed offset is unobservable in images: it stays in the joint.
-TEST_F(ViewBiasTest, ABodyFixedOffsetIsNoBias) {
+// A body-fixed offset is unobservable in images, so it remains in the joint's
+// position.
+TEST_F(ViewBiasTest, BodyFixedOffsetIsNotLearntAsBias) {
   BodyRecording recording;
   recording.offset_m = {0.02, -0.03, 0.03};
   const ViewBias learnt = Learn(recording, true);
@@ -154,14 +155,15 @@ TEST_F(ViewBiasTest, ABodyFixedOffsetIsNoBias) {
                                        Eigen::Vector3d(0, 0, 0.9), cameras_[0]);
     worst = std::max(worst, BiasOf(hip, *direction).norm());
   }
-  // An offset of 47 mm is 12 px here. Noise of 2 px leaves ten coefficients of
-  // 0.04 px each, and perspective's second order (f d^2 / z^2) 0.1 px.
+  // An offset of 47 mm is 12 px here. Noise of 2 px causes errors of 0.04 px in
+  // each of ten coefficients, and the second order of perspective (f d^2 / z^2)
+  // 0.1 px.
   EXPECT_LT(worst, 0.5);
 }
 
 // If all people face one way, a bias cannot be distinguished from a shift of
 // each camera.
-TEST_F(ViewBiasTest, IsOffIfAllFaceOneWay) {
+TEST_F(ViewBiasTest, IsUnusedIfAllPeopleFaceOneWay) {
   BodyRecording recording;
   recording.turns = 0.15;
   recording.bias = TwiceAround();
@@ -170,9 +172,9 @@ TEST_F(ViewBiasTest, IsOffIfAllFaceOneWay) {
   EXPECT_TRUE(learnt.empty());
 }
 
-// Partners share coefficients, mirrored: left of the left hip corresponds to
-// right of the right one.
-TEST_F(ViewBiasTest, SidesAreMirrored) {
+// Left and right share coefficients, mirrored: left of the left hip corresponds
+// to right of the right hip.
+TEST_F(ViewBiasTest, LeftAndRightAreMirrored) {
   const ViewBias::OfJoint bias = TwiceAround();
   const Camera& camera = cameras_[0];
   const Eigen::Vector3d point(0, 0, 0.9);
@@ -185,13 +187,13 @@ TEST_F(ViewBiasTest, SidesAreMirrored) {
   };
   const Eigen::Vector2d left = of("l_hip", facing + 0.7);
   const Eigen::Vector2d right = of("r_hip", facing - 0.7);
-  EXPECT_GT(left.norm(), 3.0);  // 1.5 cm and more, a pixel is 4 mm
+  EXPECT_GT(left.norm(), 3.0);  // at least 1.5 cm; a pixel is 4 mm
   EXPECT_NEAR(left.x(), -right.x(), 1e-9);
   EXPECT_NEAR(left.y(), right.y(), 1e-9);
 }
 
-// Ten AR(1) errors with a part that lasts: the variance of their mean, pair by
-// pair, against that of one, in the limit of a long row.
+// The variance of the mean of many partly correlated errors, summed over all
+// pairs, relative to the variance of a single error.
 TEST(IndependentShareTest, EqualsTheVarianceOfAMean) {
   const ErrorCorrelation correlation{0.8, 0.3};
   constexpr double kPeriod_s = 0.1;
@@ -202,13 +204,13 @@ TEST(IndependentShareTest, EqualsTheVarianceOfAMean) {
            std::exp(-lag * kPeriod_s / correlation.time_s);
   }
   const double share = IndependentShare(correlation, kPeriod_s);
-  // A row of n misses what lies beyond its ends: 3 of 3000 errors.
+  // A finite series lacks correlations beyond its ends, about 3 of 3000 errors.
   EXPECT_NEAR(share, kCount / sum, 2e-3 * share);
   EXPECT_EQ(IndependentShare({0.0, 0.3}, kPeriod_s), 1.0);
 }
 
-// With known positions: plain least squares in the directions.
-TEST_F(ViewBiasTest, KnownPositionsGiveTheBias) {
+// With known positions the bias follows from least squares.
+TEST_F(ViewBiasTest, RecoversTheBiasAtKnownPositions) {
   BiasSums sums;
   BodyRecording recording;
   recording.noise_px = 0.0;
@@ -217,16 +219,16 @@ TEST_F(ViewBiasTest, KnownPositionsGiveTheBias) {
     AddViews(Views(recording, StanceAt(0.1 * k), hip_, nullptr), 0.1, &sums);
   }
   EXPECT_NEAR(sums.independent, 0.1 * 3000.0, 1e-9);
-  // One of ridge beside 300, halved by the features' squares, for two of which
-  // less than 1 % would be 1.5 times it: 1 % of 2 cm.
+  // The ridge of one observation, compared with 300 with a mean square of 0.5,
+  // biases by less than 1 % of 2 cm; the tolerance is twice that.
   const auto told = SolveBias(sums, 1.0);
   EXPECT_NEAR(told[3], 0.02, 4e-4);
   EXPECT_NEAR(told[kViewFeatureCount + 4], 0.015, 4e-4);
 }
 
-// Hips and knees at known positions, before a camera with shifted images: 12 px
-// are 5 cm there.
-TEST_F(ViewBiasTest, AnImageShiftLooksLikeABiasUnlessRemoved) {
+// Hips and knees at known positions, in view of a camera with shifted images;
+// 12 px correspond to 5 cm.
+TEST_F(ViewBiasTest, ImageShiftsLookLikeABiasUnlessRemoved) {
   const auto greatest = [this](const ViewBias& bias) {
     double value = 0.0;
     for (const double one : bias.joints[line_].across_m) {
@@ -243,18 +245,19 @@ TEST_F(ViewBiasTest, AnImageShiftLooksLikeABiasUnlessRemoved) {
   EXPECT_GT(greatest(passes), 5e-3);
   EXPECT_FALSE(passes.joints[line_].used);  // 108 degrees are not enough
   shifted.removes_shifts = true;
-  // Rounding of sums of 12,000 numbers of the size of a metre.
+  // Rounding errors of sums of 12,000 numbers of the order of a metre.
   EXPECT_LT(greatest(Learn(shifted, true)), 1e-9);
   shifted.bias = TwiceAround();
   EXPECT_TRUE(Learn(shifted, true).joints[line_].used);
-  // Seen from all sides a bias has zero mean, up to differences in distance.
+  // If the body is seen from all sides, a bias has zero mean, apart from
+  // differences in distance.
   shifted.turns = 6.0;
   const ViewBias stays = Learn(shifted, true);
   EXPECT_NEAR(stays.joints[line_].across_m[3], 0.02, 1e-3);
   EXPECT_TRUE(stays.joints[line_].used);
 }
 
-// Adds observations of one joint: residuals along one feature.
+// Adds observations of one joint, with residuals along one feature.
 void Tell(size_t line, double residual_m, size_t names, BiasSeries* series) {
   for (int k = 0; k < 100; ++k) {
     std::vector<BiasSums> sums(names);
@@ -272,7 +275,7 @@ void Tell(size_t line, double residual_m, size_t names, BiasSeries* series) {
   }
 }
 
-TEST_F(ViewBiasTest, TheBiasOfOnePassIsUsedInTheNext) {
+TEST_F(ViewBiasTest, BiasOfOnePassIsUsedInTheNext) {
   GraphOptions options;
   options.view_bias = ViewBiasUse::kOn;
   RecordingNotes notes(options);
@@ -280,7 +283,7 @@ TEST_F(ViewBiasTest, TheBiasOfOnePassIsUsedInTheNext) {
   notes.ExpectAnotherPass();
   const auto first = notes.NewSeries(joints_, 1);
   const auto second = notes.NewSeries(joints_, 1);
-  // In any order.
+  // The order is irrelevant.
   Tell(line_, 0.03, classes_.size(), second.get());
   Tell(line_, 0.01, classes_.size(), first.get());
   EXPECT_EQ(notes.view_bias(), nullptr);
@@ -295,7 +298,7 @@ TEST_F(ViewBiasTest, TheBiasOfOnePassIsUsedInTheNext) {
   EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // already added
 }
 
-TEST(RecordingNotesTest, PoolsPeopleByGeometricMeans) {
+TEST(RecordingNotesTest, CombinesPeopleByGeometricMeans) {
   RecordingNotes notes((GraphOptions()));
   const auto knee = static_cast<size_t>(JointClass::kKnee);
   const auto one = notes.NewPerson();

@@ -1,4 +1,5 @@
-// The start of a rig from exact people, and people from hand-made matches.
+// Tests the initial estimate of a rig from exact people, and people from given
+// matches.
 #include "solvers/rig/rig_start.h"
 
 #include <gmock/gmock.h>
@@ -25,8 +26,8 @@ using testing::kMovingRateHz;
 using testing::MovingPerson;
 using testing::PoseBetween;
 
-// Exact points leave poses to 1e-8 (view_pairs_test.cc); two of them in a row,
-// and directions that are weakly held, a hundred times as much.
+// Exact points determine poses to 1e-8 (view_pairs_test.cc); two poses in a
+// chain, and weakly determined directions, need a larger tolerance.
 constexpr double kExactPlaces = 1e-5;
 constexpr int kStartFrames = 100;
 
@@ -41,7 +42,7 @@ CameraRig IntrinsicsOf(const CameraRig& cameras) {
   });
 }
 
-// Nobody is seen by these views.
+// Removes all detections of these views.
 DetectionSequence Blinded(DetectionSequence recording,
                           const std::vector<int>& views) {
   for (DetectionFrame& frame : recording.frames) {
@@ -63,7 +64,7 @@ RigSearch ShortLags() {
 
 // ---- Parts of a recording ----
 
-TEST(OfViews, TakesSomeViewsInTheOrderAskedFor) {
+TEST(OfViews, SelectsViewsInTheGivenOrder) {
   DetectionSequence recording = SeenByRing(3);
   recording.frames.resize(4);
   const DetectionSequence part = OfViews(recording, {2, 0});
@@ -85,16 +86,16 @@ TEST(OfViews, TakesSomeViewsInTheOrderAskedFor) {
   EXPECT_EQ(none.frames.size(), 4u);
 }
 
-// Pixels are exact to 1e-12 and gains are those over a tenth of a person of a
-// few hundred pixels.
-TEST(AgreementsOfViews, AreOneOfExactPeople) {
+// Pixels are exact to 1e-12, and gains are relative to a tenth of a person's
+// size of a few hundred pixels.
+TEST(AgreementsOfViews, AreOneForExactPeople) {
   const CameraRig cameras = testing::RingOfCameras(3);
   for (const double score : AgreementsOfViews(cameras, SeenByRing(3))) {
     EXPECT_NEAR(score, 1.0, 1e-9);
   }
 }
 
-TEST(AgreementsOfViews, AreZeroOfAViewThatSeesNobody) {
+TEST(AgreementsOfViews, AreZeroForAnEmptyView) {
   const std::vector<double> scores =
       AgreementsOfViews(testing::RingOfCameras(3), Blinded(SeenByRing(3), {1}));
   EXPECT_NEAR(scores[0], 1.0, 1e-9);
@@ -102,8 +103,8 @@ TEST(AgreementsOfViews, AreZeroOfAViewThatSeesNobody) {
   EXPECT_NEAR(scores[2], 1.0, 1e-9);
 }
 
-// Two cameras in one place agree on nothing, and each with the third.
-TEST(AgreementsOfViews, AreHalfWhereOneOfTwoOthersStandsInTheSamePlace) {
+// Two coincident cameras have no agreement, but each agrees with the third.
+TEST(AgreementsOfViews, AreHalfIfOneOfTwoOtherCamerasCoincides) {
   const CameraRig ring = testing::RingOfCameras(3);
   const CameraRig cameras = {ring[0], ring[1], ring[0]};
   const DetectionSequence seen =
@@ -116,8 +117,8 @@ TEST(AgreementsOfViews, AreHalfWhereOneOfTwoOthersStandsInTheSamePlace) {
 
 // ---- The start of a rig ----
 
-// Rotations and directions as in the truth; the three cameras are equally far
-// from each other, so that each distance is one baseline.
+// Checks rotations and directions against the truth. The three cameras are
+// equally far from each other, so each distance is one baseline.
 void ExpectRing(const RigStart& start) {
   const CameraRig truth = testing::RingOfCameras(3);
   ASSERT_THAT(start.views, ElementsAre(0, 1, 2));
@@ -136,7 +137,7 @@ void ExpectRing(const RigStart& start) {
   }
 }
 
-TEST(RigStart, ExactPeoplePlaceTheCamerasInBaselines) {
+TEST(RigStart, ExactPeopleDetermineCamerasInBaselines) {
   const RigStart start = FindRigStart(
       SeenByRing(3), IntrinsicsOf(testing::RingOfCameras(3)), ShortLags());
   ExpectRing(start);
@@ -144,8 +145,8 @@ TEST(RigStart, ExactPeoplePlaceTheCamerasInBaselines) {
   EXPECT_EQ(start.pairs.size(), 3u);
 }
 
-// Where frame k + lag shows moment k.
-TEST(RigStart, LagsAreThoseOfTheViews) {
+// Frame k + lag shows the instant of frame k.
+TEST(RigStart, LagsAreRecovered) {
   const DetectionSequence recording = Realigned(SeenByRing(3), {0, -6, 4});
   const RigStart start = FindRigStart(
       recording, IntrinsicsOf(testing::RingOfCameras(3)), ShortLags());
@@ -155,9 +156,9 @@ TEST(RigStart, LagsAreThoseOfTheViews) {
   EXPECT_EQ(start.lag_frames[2] - start.lag_frames[0], -4);
 }
 
-// Of four cameras on a circle the sides are a root of two shorter than the
-// diagonals.
-TEST(RigStart, DistancesHaveOneScale) {
+// The sides between four cameras on a circle are shorter than the diagonals by
+// a factor of sqrt(2).
+TEST(RigStart, DistancesHaveACommonScale) {
   const CameraRig truth = testing::RingOfCameras(4);
   const RigStart start =
       FindRigStart(SeenByRing(4), IntrinsicsOf(truth), ShortLags());
@@ -174,7 +175,7 @@ TEST(RigStart, DistancesHaveOneScale) {
   }
 }
 
-TEST(RigStart, AViewThatSeesNobodyIsNotJoined) {
+TEST(RigStart, EmptyViewIsNotJoined) {
   const CameraRig truth = testing::RingOfCameras(4);
   const RigStart start = FindRigStart(Blinded(SeenByRing(4), {1}),
                                       IntrinsicsOf(truth), ShortLags());
@@ -185,7 +186,7 @@ TEST(RigStart, AViewThatSeesNobodyIsNotJoined) {
   EXPECT_EQ(start.pairs.size(), 6u);
 }
 
-TEST(RigStart, WithoutViewsWhereNoTwoSeeAnybody) {
+TEST(RigStart, HasNoViewsIfFewerThanTwoSeePeople) {
   const CameraRig truth = testing::RingOfCameras(3);
   std::vector<std::pair<int, int>> steps;
   RigSearch search = ShortLags();
@@ -197,7 +198,7 @@ TEST(RigStart, WithoutViewsWhereNoTwoSeeAnybody) {
   EXPECT_THAT(start.views, IsEmpty());
   EXPECT_THAT(start.cameras, IsEmpty());
   EXPECT_THAT(start.lag_frames, IsEmpty());
-  // What was searched is there.
+  // The tracklets and pairs of the search are returned nevertheless.
   EXPECT_FALSE(start.tracklets.empty());
   EXPECT_EQ(start.pairs.size(), 3u);
   using Step = std::pair<int, int>;
@@ -206,7 +207,8 @@ TEST(RigStart, WithoutViewsWhereNoTwoSeeAnybody) {
 
 // ---- People from matches ----
 
-// Three views of two detections each; index_in_file tells view and place.
+// Three views with two detections each; index_in_file encodes view, frame and
+// detection.
 DetectionSequence Numbered(int frames) {
   DetectionSequence recording;
   recording.header.skeleton = Coco17();
@@ -256,7 +258,7 @@ RigStart StartOf(std::vector<ViewTracklet> tracklets,
   return start;
 }
 
-// How many detections each person has in all frames.
+// Number of detections of each person over all frames.
 std::vector<int> DetectionsOfPeople(const RigStart& start) {
   std::vector<int> counts;
   for (const FrozenPerson& person : PeopleOf(Numbered(10), start).people) {
@@ -268,9 +270,10 @@ std::vector<int> DetectionsOfPeople(const RigStart& start) {
   return counts;
 }
 
-// The second joined view is the recording's third, two frames late: its frames
-// 1 .. 9 are the moments -1 .. 7, and there is none before 0.
-TEST(PeopleOfRig, FramesAreMomentsAndViewsAreThoseJoined) {
+// The second joined view is the recording's third and has a lag of two frames:
+// its frames 1 .. 9 correspond to frames -1 .. 7, of which negative ones do not
+// exist.
+TEST(PeopleOfRig, FramesAreRealignedAndViewsAreJoinedViews) {
   RigStart start;
   start.views = {0, 2};
   start.lag_frames = {0, 2};
@@ -296,15 +299,15 @@ TEST(PeopleOfRig, FramesAreMomentsAndViewsAreThoseJoined) {
   }
 }
 
-TEST(PeopleOfRig, WhoIsInOneViewAloneIsNobody) {
+TEST(PeopleOfRig, PeopleInASingleViewAreOmitted) {
   EXPECT_THAT(DetectionsOfPeople(StartOf({}, {})), IsEmpty());
   EXPECT_THAT(DetectionsOfPeople(
                   StartOf({TrackletAt(0, 0, 10), TrackletAt(1, 0, 10)}, {})),
               IsEmpty());
 }
 
-// Views that are not joined add nothing, though pairs match them.
-TEST(PeopleOfRig, ViewsThatAreNotJoinedAreLeftOut) {
+// Views that are not joined contribute nothing, although pairs match them.
+TEST(PeopleOfRig, UnjoinedViewsAreOmitted) {
   RigStart start = StartOf(
       {TrackletAt(0, 0, 10), TrackletAt(1, 0, 10), TrackletAt(2, 0, 10)},
       {MatchedPair(0, 1, {{0, 1, 0.9}}), MatchedPair(1, 2, {{1, 2, 0.9}})});
@@ -314,9 +317,9 @@ TEST(PeopleOfRig, ViewsThatAreNotJoinedAreLeftOut) {
   EXPECT_THAT(DetectionsOfPeople(start), ElementsAre(20));
 }
 
-// Of two tracklets of one view at once the surer one is the person's, in any
-// order of the matches; of two that follow each other both are.
-TEST(PeopleOfRig, NobodyIsInAViewTwiceAtOnce) {
+// Of two overlapping tracklets of one view only the better match is the
+// person's, in any order of the matches; of two consecutive tracklets both are.
+TEST(PeopleOfRig, PersonHasOneTrackletPerViewAtATime) {
   for (const bool sure_first : {false, true}) {
     std::vector<TrackletMatch> matches = {{0, 1, 0.5}, {0, 2, 0.6}};
     if (sure_first) std::swap(matches[0], matches[1]);
@@ -332,9 +335,9 @@ TEST(PeopleOfRig, NobodyIsInAViewTwiceAtOnce) {
   }
 }
 
-// What joins first through a third view bars what comes later: the last match
-// would make one person of two who are in the first view at once.
-TEST(PeopleOfRig, SetsThatShareAViewAreNotJoined) {
+// Better matches through a third view exclude later matches: the last match
+// would merge two people who are in the first view at the same time.
+TEST(PeopleOfRig, SetsThatOverlapInAViewAreNotMerged) {
   const std::vector<ViewTracklet> tracklets = {
       TrackletAt(0, 0, 10, 0), TrackletAt(1, 0, 10, 0), TrackletAt(2, 0, 10, 0),
       TrackletAt(0, 0, 10, 1), TrackletAt(1, 0, 10, 1)};
@@ -347,9 +350,9 @@ TEST(PeopleOfRig, SetsThatShareAViewAreNotJoined) {
   }
 }
 
-// A pair whose lag is two frames off that of the rig still says who is who,
-// three are another clock.
-TEST(PeopleOfRig, PairsOfAnotherClockSayNothing) {
+// Matches of a pair whose lag differs from the rig's by two frames are used;
+// with three they are not.
+TEST(PeopleOfRig, PairsWithAnotherLagAreIgnored) {
   for (const int lag : {-3, -2, 2, 3}) {
     const RigStart start = StartOf({TrackletAt(0, 0, 10), TrackletAt(1, 0, 10)},
                                    {MatchedPair(0, 1, {{0, 1, 0.9}}, lag)});

@@ -1,4 +1,4 @@
-// From detections alone to cameras, on scenes whose truth is known.
+// Tests calibration from detections alone, on scenes with known truth.
 #include "solvers/rig/rig.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ Scene Walkers(double seconds, int cameras = 3, int people = 2) {
   return MakeScene(options);
 }
 
-// Focal lengths may be off by a factor.
+// Input with intrinsics only; focal lengths are multiplied by `factor`.
 CalibrationInput WithoutPlaces(const CameraRig& cameras, double factor = 1.0) {
   CalibrationInput input;
   input.cameras = Edited(cameras, [&](CameraParameters* camera) {
@@ -49,7 +49,7 @@ CalibrationInput WithoutPlaces(const CameraRig& cameras, double factor = 1.0) {
   return input;
 }
 
-// The largest error of the cameras' rotations against each other [deg].
+// The largest error of the rotations relative to the first camera [deg].
 double RotationError(const CameraRig& truth, const CameraRig& found) {
   double worst = 0.0;
   for (size_t v = 1; v < found.size(); ++v) {
@@ -72,7 +72,7 @@ NoiseOptions Noise() {
   return noise;
 }
 
-// Gives a view what cameras of another room see.
+// Replaces a view's detections by those of a camera in another room.
 void LookElsewhere(int64_t seed, double seconds, size_t view,
                    DetectionSequence* recording) {
   SceneOptions options;
@@ -86,42 +86,44 @@ void LookElsewhere(int64_t seed, double seconds, size_t view,
   }
 }
 
-// What is calibrated where nothing but the intrinsics is known.
+// The calibration if only the intrinsics are known.
 RecordingCalibration Calibrated(const Scene& scene,
                                 const DetectionSequence& recording) {
   return CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras),
                             recording);
 }
 
-TEST(Rig, CamerasClocksAndWhoIsWhoFromWalkers) {
+TEST(Rig, RecoversCamerasClocksAndScaleFromWalkers) {
   const Scene scene = Walkers(16.0);
   NoiseOptions noise = Noise();
   noise.clock_offset_s = {0.0, 0.52, -0.33};
   const DetectionSequence recording = Observe(scene, noise, nullptr);
   const RecordingCalibration found = Calibrated(scene, recording);
   ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
-  // 3 px are 0.2 degrees at 800 px; thousands of joints leave a tenth of it,
-  // five times for how weakly single directions are held.
+  // 3 px are 0.2 degrees at a focal length of 800 px; thousands of joints
+  // reduce this to less than a tenth, times five for weakly determined
+  // directions.
   EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
-  // 3 px at 1 m/s are some 20 ms, over thousands of joints.
+  // 3 px at 1 m/s correspond to some 20 ms, averaged over thousands of joints.
   const double zero = found.rig.views[0].clock_s;
   EXPECT_NEAR(found.rig.views[1].clock_s - zero, 0.52, 0.005);
   EXPECT_NEAR(found.rig.views[2].clock_s - zero, -0.33, 0.005);
-  // People are taken for 1.70 m tall, those of the scene are 1.72 in the mean.
+  // A stature of 1.70 m is assumed; the mean of the scene is 1.72 m.
   const double apart =
       (found.cameras[1].centre() - found.cameras[0].centre()).norm();
   const double truth =
       (scene.cameras[1].centre() - scene.cameras[0].centre()).norm();
   EXPECT_NEAR(apart / truth, 1.0, 3.0 * found.scale_sigma);
-  // Cameras are known far better than to a pixel: what a fit was not given it
-  // leaves as it leaves the rest.
+  // Cameras are known to much less than a pixel, so held-out residuals are as
+  // large as the others.
   for (const RigView& view : found.rig.views) {
     for (const double px : {view.left_out_px.frames, view.left_out_px.joints,
                             view.left_out_px.people}) {
       EXPECT_NEAR(px / view.mean_px, 1.0, 0.2);
     }
   }
-  // Upright and on the floor: heights of the cameras, within the scale.
+  // The world is upright and on the floor: the heights of the cameras are right
+  // within the uncertainty of the scale.
   ASSERT_TRUE(found.ground.has_value());
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     EXPECT_NEAR(found.cameras[v].centre().z(), scene.cameras[v].centre().z(),
@@ -129,9 +131,9 @@ TEST(Rig, CamerasClocksAndWhoIsWhoFromWalkers) {
   }
 }
 
-// Offsets that last for the recording, and errors that last a tenth of a
-// second, as detectors have: neither may draw a clock.
-TEST(Rig, ClocksThoughErrorsLast) {
+// Detectors have persistent offsets and errors with a correlation time of a
+// tenth of a second; neither may bias a clock.
+TEST(Rig, RecoversClocksDespiteCorrelatedErrors) {
   const Scene scene = Walkers(24.0);
   NoiseOptions noise = Noise();
   noise.joints.sigma_px = 5.0;
@@ -145,13 +147,14 @@ TEST(Rig, ClocksThoughErrorsLast) {
   for (const size_t v : {1, 2}) {
     const RigView& view = found.rig.views[v];
     EXPECT_LT(view.clock_sigma_s, 0.005);
-    // Three of its deviations, and what no sandwich of so few seconds shows.
+    // Three standard deviations, plus errors that the covariance of so short a
+    // recording cannot reveal.
     EXPECT_NEAR(view.clock_s - found.rig.views[0].clock_s,
                 noise.clock_offset_s[v], 3.0 * view.clock_sigma_s + 0.002);
   }
 }
 
-TEST(Rig, FocalLengthsNotKnown) {
+TEST(Rig, RecoversUnknownFocalLengths) {
   const Scene scene = Walkers(16.0);
   const DetectionSequence recording = Observe(scene, Noise(), nullptr);
   CalibrationInput input = WithoutPlaces(scene.cameras, 1.25);
@@ -159,11 +162,12 @@ TEST(Rig, FocalLengthsNotKnown) {
   const RecordingCalibration found =
       CalibrateRecording(RunOptions(), input, recording);
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
-  // Every view has its place; the promise is kept only where it is likely.
+  // Every view has a pose; the verdict is `calibrated` only if its bounds are
+  // likely to hold.
   EXPECT_EQ(found.rig.verdict == RigVerdict::kCalibrated,
             found.rig.likely_right >= 0.7);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
-    // As sure as the covariance says, three of its deviations.
+    // Within three standard deviations of the covariance.
     Eigen::Index at = 0;
     for (size_t u = 0; u < v; ++u) {
       at += static_cast<Eigen::Index>(found.record.cameras[u].places.size());
@@ -180,14 +184,15 @@ TEST(Rig, FocalLengthsNotKnown) {
   }
 }
 
-// A view whose left and right are exchanged fits nowhere as it is, or badly.
-TEST(Rig, ExchangedSidesAreFound) {
+// A view whose left and right are exchanged does not fit as it is, or only
+// badly.
+TEST(Rig, DetectsExchangedSides) {
   const Scene scene = Walkers(12.0);
   DetectionSequence recording = Observe(scene, Noise(), nullptr);
   ExchangeSides({0, 1, 0}, &recording);
   const RecordingCalibration found = Calibrated(scene, recording);
   ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
-  // As where nothing is exchanged.
+  // As accurate as without exchanged sides.
   EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
   ASSERT_EQ(found.rig.reasons.size(), 1u);
   EXPECT_NE(found.rig.reasons[0].find("detections.exchange_sides=[\"" +
@@ -196,7 +201,7 @@ TEST(Rig, ExchangedSidesAreFound) {
       << found.rig.reasons[0];
 }
 
-TEST(Rig, ADistanceTellsTheMetre) {
+TEST(Rig, KnownCameraDistanceDeterminesTheScale) {
   const Scene scene = Walkers(10.0);
   const DetectionSequence recording = Observe(scene, Noise(), nullptr);
   CalibrationInput input = WithoutPlaces(scene.cameras);
@@ -206,7 +211,7 @@ TEST(Rig, ADistanceTellsTheMetre) {
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
   EXPECT_NEAR((found.cameras[1].centre() - found.cameras[0].centre()).norm(),
               5.0, 1e-9);
-  // That distance is certain, and the others are not.
+  // This distance is certain, and other lengths are not.
   const Eigen::Vector3d along =
       (found.cameras[1].centre() - found.cameras[0].centre()).normalized();
   const auto second =
@@ -220,7 +225,7 @@ TEST(Rig, ADistanceTellsTheMetre) {
 }
 
 // The fourth camera stands in another room.
-TEST(Rig, AViewOfAnotherRoomIsLeftOut) {
+TEST(Rig, ViewOfAnotherRoomIsLeftOut) {
   const Scene scene = Walkers(16.0, 4);
   DetectionSequence recording = Observe(scene, Noise(), nullptr);
   LookElsewhere(77, 16.0, 3, &recording);
@@ -231,13 +236,13 @@ TEST(Rig, AViewOfAnotherRoomIsLeftOut) {
   EXPECT_FALSE(found.rig.views[3].left_out.empty());
   EXPECT_FALSE(found.rig.reasons.empty());
   ASSERT_EQ(found.cameras.size(), 3u);
-  // As where all three are of one room.
+  // As accurate as with the three views alone.
   EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
 }
 
-// A few seconds of one person place every view, but not to 1 % where focal
-// lengths are not known.
-TEST(Rig, PartlyWhereThePromiseIsNotSure) {
+// A few seconds of one person determine every view, but not to 1 % if focal
+// lengths are unknown.
+TEST(Rig, VerdictIsPartlyIfBoundsAreUnlikely) {
   const Scene scene = Walkers(9.0, 3, 1);
   CalibrationInput input = WithoutPlaces(scene.cameras);
   input.focal_sigma = 0.3;
@@ -247,12 +252,12 @@ TEST(Rig, PartlyWhereThePromiseIsNotSure) {
   EXPECT_EQ(found.cameras.size(), scene.cameras.size());
   EXPECT_LT(found.rig.likely_right, 0.5);
   ASSERT_FALSE(found.rig.reasons.empty());
-  EXPECT_NE(found.rig.reasons.back().find("say focal lengths"),
+  EXPECT_NE(found.rig.reasons.back().find("specify focal lengths"),
             std::string::npos);
 }
 
-// The cameras with a lens and the principal point off the middle of the image,
-// as real ones have them.
+// The scene with lens distortion and principal points off the image centre, as
+// in real cameras.
 Scene WithRealLenses(Scene scene) {
   int view = 0;
   scene.cameras = Edited(scene.cameras, [&](CameraParameters* camera) {
@@ -264,7 +269,7 @@ Scene WithRealLenses(Scene scene) {
   return scene;
 }
 
-// What is asked for where nothing but the size of the images is known.
+// Input if only focal lengths and image sizes are known.
 CalibrationInput WithoutLenses(const CameraRig& cameras) {
   CalibrationInput input = WithoutPlaces(cameras);
   input.lenses_known = false;
@@ -278,16 +283,17 @@ CalibrationInput WithoutLenses(const CameraRig& cameras) {
   return input;
 }
 
-// Pinholes that are believed turn cameras by what their images are shifted;
-// where lenses are not told, cameras are as unsure as that makes them.
-TEST(Rig, LensesThatAreNotKnownAreEstimated) {
+// If cameras are wrongly assumed to be pinholes, the shifts of their images are
+// compensated by rotations. If lenses are declared unknown, the stated
+// uncertainty covers this.
+TEST(Rig, UnknownLensesAreEstimated) {
   const Scene scene = WithRealLenses(Walkers(16.0, 4));
   const DetectionSequence recording = Observe(scene, Noise(), nullptr);
   CalibrationInput input = WithoutLenses(scene.cameras);
   const RecordingCalibration found =
       CalibrateRecording(RunOptions(), input, recording);
   ASSERT_EQ(found.cameras.size(), 4u);
-  // Two cameras against each other, three deviations.
+  // Three standard deviations of the difference between two cameras.
   const auto stated_deg = [](const RecordingCalibration& one) {
     double most = 0.0;
     for (const RigView& view : one.rig.views) {
@@ -305,7 +311,7 @@ TEST(Rig, LensesThatAreNotKnownAreEstimated) {
               std::string::npos)
         << found.rig.reasons.back();
   }
-  // The same as pinholes: off by more than is said.
+  // With pinhole cameras the error exceeds the stated uncertainty.
   input.lenses_known = true;
   const RecordingCalibration pinholes =
       CalibrateRecording(RunOptions(), input, recording);
@@ -314,7 +320,7 @@ TEST(Rig, LensesThatAreNotKnownAreEstimated) {
             stated_deg(pinholes));
 }
 
-TEST(Rig, AFocalLengthThatIsWrongIsSaid) {
+TEST(Rig, WrongFocalLengthIsReported) {
   const Scene scene = Walkers(16.0, 4);
   const DetectionSequence recording = Observe(scene, Noise(), nullptr);
   CalibrationInput right = WithoutLenses(scene.cameras);
@@ -332,7 +338,7 @@ TEST(Rig, AFocalLengthThatIsWrongIsSaid) {
     if (said) {
       EXPECT_NE(found.rig.verdict, RigVerdict::kCalibrated);
     }
-    // Said or not, never sure and wrong.
+    // In either case the error is within the stated uncertainty.
     double sigma_deg = 0.0;
     for (const RigView& view : found.rig.views) {
       sigma_deg = std::max(sigma_deg, view.rotation_sigma_deg);
@@ -346,7 +352,7 @@ TEST(Rig, AFocalLengthThatIsWrongIsSaid) {
 }
 
 // A camera that is bumped a third into the recording.
-TEST(Rig, AViewThatMovedIsLeftOut) {
+TEST(Rig, ViewThatMovedIsLeftOut) {
   const Scene scene = Walkers(18.0, 4);
   Scene after = scene;
   after.cameras[2] = Edited(scene.cameras[2], [](CameraParameters* camera) {
@@ -371,8 +377,8 @@ TEST(Rig, AViewThatMovedIsLeftOut) {
               recording.header.frame_rate_hz);
 }
 
-// Cameras that share a trigger have no clocks.
-TEST(Rig, InStep) {
+// Cameras that share a trigger have no clock errors.
+TEST(Rig, SynchronisedViewsHaveNoClocks) {
   const Scene scene = Walkers(12.0);
   CalibrationInput input = WithoutPlaces(scene.cameras);
   input.in_step = true;
@@ -385,7 +391,7 @@ TEST(Rig, InStep) {
   }
 }
 
-// Walks a round at a constant speed, 0.9 strides a second.
+// Walks in a circle at a constant speed, with 0.9 strides per second.
 class WalksRound : public Actor {
  public:
   WalksRound(double radius_m, double speed_ms, const Eigen::Vector2d& centre,
@@ -402,7 +408,7 @@ class WalksRound : public Actor {
     const SegmentPose trunk = TrunkAt(time_s);
     const double stride = 2.0 * M_PI * 0.9 * time_s + phase_rad_;
     Pose3d pose(17);
-    // Forward, to the left, up.
+    // x forward, y to the left, z up.
     const auto put = [&](const std::string& name, double x, double y,
                          double z) {
       const Eigen::Vector3d at = trunk.origin_m + trunk.R * Vector3d(x, y, z);
@@ -460,7 +466,7 @@ class WalksRound : public Actor {
   double phase_rad_;
 };
 
-// Four cameras around people who walk rounds.
+// Four cameras around people who walk in circles.
 Scene Rounds(std::vector<std::shared_ptr<const Actor>> people, double seconds) {
   SceneOptions options;
   options.duration_s = seconds;
@@ -472,9 +478,9 @@ Scene Rounds(std::vector<std::shared_ptr<const Actor>> people, double seconds) {
   return MakeScene(options, Coco17(), std::move(people));
 }
 
-// Some strides later whoever walks a round looks like a person seen from
-// elsewhere: the right lag is found all the same.
-TEST(Rig, ALateViewWherePeopleWalkRounds) {
+// Some strides later, a person who walks in a circle looks like a person seen
+// from another direction; the right lag is found nevertheless.
+TEST(Rig, RecoversALateViewOfPeopleWalkingInCircles) {
   const Eigen::Vector2d aside(0.3, 0.5);
   const Scene scene =
       Rounds({std::make_shared<WalksRound>(1.6, 1.2, Eigen::Vector2d(0.0, 0.0),
@@ -492,9 +498,9 @@ TEST(Rig, ALateViewWherePeopleWalkRounds) {
   }
 }
 
-// One such person is the same one stride and an angle of the round later:
-// nothing tells which is right.
-TEST(Rig, OneRegularWalkerDoesNotTellTheClocks) {
+// A single such person looks the same one stride and an angle of the circle
+// later, so the lag is ambiguous.
+TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
   const Scene scene =
       Rounds({std::make_shared<WalksRound>(1.0, 1.0, Eigen::Vector2d(0.3, 0.5),
                                            2.0, 1.0)},
@@ -505,7 +511,7 @@ TEST(Rig, OneRegularWalkerDoesNotTellTheClocks) {
   EXPECT_LE(found.rig.likely_right, 0.5);
 }
 
-TEST(Rig, ViewsOfDifferentRoomsAndNobodyAreRefused) {
+TEST(Rig, RefusesViewsOfDifferentRoomsAndEmptyViews) {
   const Scene scene = Walkers(10.0);
   DetectionSequence apart = Observe(scene, Noise(), nullptr);
   DetectionSequence nobody = apart;

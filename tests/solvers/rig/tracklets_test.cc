@@ -1,4 +1,4 @@
-// Tracklets of hand-made people, and the likeness of their motion.
+// Tests tracklets of synthetic figures, and the likeness of their motion.
 #include "solvers/rig/tracklets.h"
 
 #include <gmock/gmock.h>
@@ -21,8 +21,8 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// The twelve body joints of COCO-17 in normalised coordinates, about a place:
-// six rows of two, a box of 0.06 x 0.2.
+// A figure of the twelve body joints of COCO-17 in normalised coordinates: six
+// rows of two, in a box of 0.06 x 0.2.
 const double kFigureSize = std::hypot(0.06, 0.2);
 
 Detection FigureAt(const Eigen::Vector2d& place) {
@@ -37,7 +37,7 @@ Detection FigureAt(const Eigen::Vector2d& place) {
   return figure;
 }
 
-// The same, so many sizes to the right of the image's middle.
+// The same figure, `sizes` of its sizes to the right of the image's centre.
 Detection FigureAside(double sizes) {
   return FigureAt({sizes * kFigureSize, 0.0});
 }
@@ -66,12 +66,12 @@ std::vector<ViewTracklet> Followed(const FiguresOfFrames& frames,
                        RigJoints(Coco17()));
 }
 
-// One person at rest for so many frames.
+// One person at rest.
 FiguresOfFrames AtRest(size_t frames) {
   return FiguresOfFrames(frames, {FigureAside(0.0)});
 }
 
-// Where tracklets begin and end.
+// First frames and ends of the tracklets.
 std::vector<std::pair<int, int>> SpansOf(
     const std::vector<ViewTracklet>& tracklets) {
   std::vector<std::pair<int, int>> spans;
@@ -84,7 +84,7 @@ std::vector<std::pair<int, int>> SpansOf(
 
 using Span = std::pair<int, int>;
 
-TEST(RigJoints, AreThoseOfLimbsOfPeople) {
+TEST(RigJoints, AreLimbJointsOfPeople) {
   EXPECT_THAT(RigJoints(Coco17()),
               ElementsAre(5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16));
   // Neck, mid-hip, face and feet of BODY_25 are left out.
@@ -99,12 +99,12 @@ TEST(RigJoints, AreThoseOfLimbsOfPeople) {
               ::testing::UnorderedElementsAreArray(of_body25));
 }
 
-TEST(RigJoints, AreAllOfAWand) {
+TEST(RigJoints, AreAllJointsOfAWand) {
   const Skeleton wand("wand", {"top", "grip"}, {{0, 1}});
   EXPECT_THAT(RigJoints(wand), ElementsAre(0, 1));
 }
 
-TEST(ViewTrackletTest, KnowsWhereItIsSeenAndWithWhomItOverlaps) {
+TEST(ViewTrackletTest, SeenAtAndOverlap) {
   ViewTracklet one;
   one.first = 3;
   one.detections = {0, -1, 2};
@@ -128,7 +128,7 @@ TEST(ViewTrackletTest, KnowsWhereItIsSeenAndWithWhomItOverlaps) {
   }
 }
 
-TEST(FollowInViews, NobodyMakesNoTracklets) {
+TEST(FollowInViews, NoTrackletsWithoutPeople) {
   EXPECT_THAT(Followed({}), IsEmpty());
   EXPECT_THAT(Followed(FiguresOfFrames(50)), IsEmpty());
 }
@@ -145,8 +145,8 @@ TEST(FollowInViews, OnePersonIsOneTrackletInNormalisedCoordinates) {
   const ViewTracklet& one = tracklets.front();
   EXPECT_EQ(one.first, 0);
   EXPECT_EQ(one.end(), 40);
-  // Pixels of some thousand round to 1e-13, of a focal length of 1000 px to
-  // 1e-16, and sums of a few to a little more.
+  // Pixels of some thousand are rounded to 1e-13, which is 1e-16 at a focal
+  // length of 1000 px; sums of a few terms add a little.
   constexpr double kRounding = 1e-14;
   EXPECT_NEAR(one.size, kFigureSize, kRounding);
   for (int k = 0; k < 40; ++k) {
@@ -165,7 +165,7 @@ TEST(FollowInViews, OnePersonIsOneTrackletInNormalisedCoordinates) {
   }
 }
 
-TEST(FollowInViews, TheLensIsTakenOut) {
+TEST(FollowInViews, RemovesLensDistortion) {
   const CameraRig cameras =
       testing::RingOfCameras(2, 5.0, {-0.12, 0.03, 0.001, -0.0005, 0.0});
   const auto person = [](int frame) {
@@ -183,7 +183,8 @@ TEST(FollowInViews, TheLensIsTakenOut) {
         const Eigen::Vector3d in_camera =
             camera.R() * person(k)[0][joints[j]].position_m + camera.t();
         // The lens is inverted to 1e-13 of distorted coordinates; a hundred
-        // times that for its slope, which is near 1, and for roundings.
+        // times that covers the slope of the distortion, which is near 1, and
+        // rounding.
         EXPECT_LT((one.At(k).col(static_cast<Eigen::Index>(j)) -
                    in_camera.hnormalized())
                       .norm(),
@@ -193,7 +194,7 @@ TEST(FollowInViews, TheLensIsTakenOut) {
   }
 }
 
-TEST(FollowInViews, PeopleApartKeepTheirTrackletsInAnyOrderOfDetections) {
+TEST(FollowInViews, SeparatePeopleKeepTrackletsInAnyDetectionOrder) {
   FiguresOfFrames frames;
   for (int k = 0; k < 50; ++k) {
     frames.push_back({FigureAside(-1.0 + 0.02 * k), FigureAside(1.0)});
@@ -210,10 +211,10 @@ TEST(FollowInViews, PeopleApartKeepTheirTrackletsInAnyOrderOfDetections) {
   }
 }
 
-// Walk towards each other at 0.05 sizes a frame from two sizes left and right
-// of the middle, and meet in frame 40. There both are as near to one tracklet
-// as to the other.
-TEST(FollowInViews, BothTrackletsEndWherePeopleMeet) {
+// Two people start two sizes left and right of the centre, approach each other
+// by 0.05 sizes per frame each, and meet in frame 40, where both are equally
+// near to both tracklets.
+TEST(FollowInViews, BothTrackletsEndIfPeopleMeet) {
   FiguresOfFrames frames;
   for (int k = 0; k <= 80; ++k) {
     frames.push_back(
@@ -222,15 +223,15 @@ TEST(FollowInViews, BothTrackletsEndWherePeopleMeet) {
   const auto tracklets = Followed(frames);
   EXPECT_THAT(SpansOf(tracklets), ElementsAre(Span(0, 40), Span(0, 40),
                                               Span(41, 81), Span(41, 81)));
-  // Nobody is in a tracklet of another.
+  // No tracklet contains another person.
   for (const ViewTracklet& one : tracklets) {
     EXPECT_THAT(one.detections, ::testing::Each(one.detections.front()));
   }
 }
 
-// A step of so many sizes from one frame to the next, after and before two
-// seconds at rest, with others in view or alone. Returns the number of
-// tracklets of whoever steps.
+// Number of tracklets of a person who steps by `sizes` from one frame to the
+// next, after and before two seconds at rest, alone or with another person in
+// view.
 int TrackletsOfAStep(double sizes, bool alone) {
   FiguresOfFrames frames;
   for (int k = 0; k < 100; ++k) {
@@ -240,16 +241,17 @@ int TrackletsOfAStep(double sizes, bool alone) {
   return static_cast<int>(Followed(frames).size()) - (alone ? 0 : 1);
 }
 
-// The gate is 0.1 sizes and two sizes a second: 0.18 from frame to frame of 25
-// Hz, and four times that for whoever is alone.
-TEST(FollowInViews, WhoeverStepsTooFarIsSomebodyElse) {
+// The gate is 0.1 sizes plus two sizes per second: 0.18 from frame to frame at
+// 25 Hz, and four times that for a single person.
+TEST(FollowInViews, StepsBeyondTheGateStartANewTracklet) {
   EXPECT_EQ(TrackletsOfAStep(0.17, false), 1);
   EXPECT_EQ(TrackletsOfAStep(0.19, false), 2);
   EXPECT_EQ(TrackletsOfAStep(0.71, true), 1);
   EXPECT_EQ(TrackletsOfAStep(0.73, true), 2);
 }
 
-// Frames without anybody between two seconds at rest and two more.
+// Tracklets with `missing` empty frames between two intervals of two seconds at
+// rest.
 std::vector<ViewTracklet> AfterAGap(int missing, double rate_hz) {
   const auto half = static_cast<size_t>(std::lround(2.0 * rate_hz));
   FiguresOfFrames frames = AtRest(2 * half + static_cast<size_t>(missing));
@@ -257,8 +259,8 @@ std::vector<ViewTracklet> AfterAGap(int missing, double rate_hz) {
   return Followed(frames, rate_hz);
 }
 
-// From one sight to the next pass 0.04 s for each frame and one more. Exactly
-// 0.4 s are bridged.
+// The time between detections is 0.04 s times the number of missing frames plus
+// one. Exactly 0.4 s are bridged.
 TEST(FollowInViews, GapsOfFourTenthsOfASecondAreBridged) {
   const auto bridged = AfterAGap(9, 25.0);
   ASSERT_EQ(bridged.size(), 1u);
@@ -271,25 +273,25 @@ TEST(FollowInViews, GapsOfFourTenthsOfASecondAreBridged) {
               ElementsAre(Span(0, 50), Span(60, 110)));
 }
 
-// Ten detections in two seconds each. A gap of three frames is longer than 0.4
-// s, but frames are rare.
-TEST(FollowInViews, GapsOfThreeFramesAreBridgedWhereFramesAreRare) {
+// Ten detections in two seconds, twice. A gap of three frames is longer than
+// 0.4 s, but is bridged at a low frame rate.
+TEST(FollowInViews, GapsOfThreeFramesAreBridgedAtLowFrameRates) {
   EXPECT_THAT(SpansOf(AfterAGap(3, 5.0)), ElementsAre(Span(0, 23)));
   EXPECT_THAT(SpansOf(AfterAGap(4, 5.0)),
               ElementsAre(Span(0, 10), Span(14, 24)));
 }
 
-TEST(FollowInViews, TrackletsLastASecondAndTenDetections) {
-  // From the first of 26 frames to the last passes a second.
+TEST(FollowInViews, TrackletsNeedASecondAndTenDetections) {
+  // 26 frames span one second.
   EXPECT_THAT(Followed(AtRest(25)), IsEmpty());
   EXPECT_THAT(SpansOf(Followed(AtRest(26))), ElementsAre(Span(0, 26)));
-  // At 5 Hz nine detections last 1.6 s.
+  // At 5 Hz nine detections span 1.6 s.
   EXPECT_THAT(Followed(AtRest(9), 5.0), IsEmpty());
   EXPECT_THAT(SpansOf(Followed(AtRest(10), 5.0)), ElementsAre(Span(0, 10)));
 }
 
-// 0.04 sizes apart is one person, 0.5 are two.
-TEST(FollowInViews, WhoIsFoundTwiceIsThereOnceWithTheMostJoints) {
+// Detections 0.04 sizes apart are one person, 0.5 sizes apart two.
+TEST(FollowInViews, KeepsTheFullestOfDuplicateDetections) {
   for (const bool fuller_first : {false, true}) {
     FiguresOfFrames frames;
     for (int k = 0; k < 30; ++k) {
@@ -306,7 +308,7 @@ TEST(FollowInViews, WhoIsFoundTwiceIsThereOnceWithTheMostJoints) {
   EXPECT_EQ(Followed(apart).size(), 2u);
 }
 
-TEST(FollowInViews, FourJointsAreAPerson) {
+TEST(FollowInViews, PersonNeedsFourJoints) {
   for (const int found : {3, 4}) {
     FiguresOfFrames frames = AtRest(30);
     for (auto& figures : frames) {
@@ -316,8 +318,8 @@ TEST(FollowInViews, FourJointsAreAPerson) {
   }
 }
 
-// Of a wand both joints are needed.
-TEST(FollowInViews, TwoJointsAreAWand) {
+// Both joints of a wand are required.
+TEST(FollowInViews, WandNeedsBothJoints) {
   FiguresOfFrames frames(30);
   for (auto& figures : frames) {
     figures.resize(1);
@@ -329,7 +331,7 @@ TEST(FollowInViews, TwoJointsAreAWand) {
   const CameraRig cameras = testing::RingOfCameras(1);
   const auto tracklets = FollowInViews(cameras, recording, {0, 1});
   ASSERT_EQ(tracklets.size(), 1u);
-  // Legs of 80 and 60 px.
+  // The diagonal of 80 and 60 px at a focal length of 1000 px.
   EXPECT_NEAR(tracklets[0].size, 0.1, 1e-14);
   for (auto& frame : recording.frames) {
     frame.views[0].detections[0].joints[1].found = false;
@@ -339,8 +341,8 @@ TEST(FollowInViews, TwoJointsAreAWand) {
 
 // ---- The likeness of motions ----
 
-// A person upright in an image whose joints go up and down and to and fro, each
-// at a rate of its own, and who is one unit large.
+// An upright person of size one whose joints oscillate vertically and
+// horizontally, each at its own frequency.
 ViewTracklet Moving(int view, int first, int frames, double phase) {
   ViewTracklet tracklet;
   tracklet.view = view;
@@ -359,7 +361,7 @@ ViewTracklet Moving(int view, int first, int frames, double phase) {
   return tracklet;
 }
 
-// Of one view each.
+// Motion signals of the tracklets, each in its own view.
 MotionSignals SignalsOf(std::vector<ViewTracklet> tracklets,
                         double rate_hz = 25.0) {
   int views = 0;
@@ -368,10 +370,10 @@ MotionSignals SignalsOf(std::vector<ViewTracklet> tracklets,
                        rate_hz);
 }
 
-// Signals are floats: sums of a few thousand products err by some 1e-6.
+// Signals are floats; sums of a few thousand products have errors of some 1e-6.
 constexpr double kOfFloats = 1e-5;
 
-TEST(MotionSignals, SamplesAreTakenSomeTwelveTimesASecond) {
+TEST(MotionSignals, SamplingRateIsAboutTwelveHertz) {
   const std::vector<std::pair<double, int>> steps = {
       {5.0, 1}, {12.5, 1}, {25.0, 2}, {30.0, 2}, {50.0, 4}, {60.0, 5}};
   for (const auto& [rate_hz, step] : steps) {
@@ -379,14 +381,14 @@ TEST(MotionSignals, SamplesAreTakenSomeTwelveTimesASecond) {
   }
 }
 
-TEST(MotionSignals, AMotionIsLikeItself) {
+TEST(MotionSignals, MotionMatchesItself) {
   const MotionSignals signals = SignalsOf({Moving(0, 0, 100, 0.0)});
   const auto likeness = signals.Compare(0, 0, 0);
   EXPECT_NEAR(likeness.correlation, 1.0, kOfFloats);
   EXPECT_EQ(likeness.samples, 50);  // every other frame
 }
 
-TEST(MotionSignals, ALaterMotionIsLikeAtItsLag) {
+TEST(MotionSignals, DelayedMotionMatchesAtItsLag) {
   const MotionSignals signals =
       SignalsOf({Moving(0, 10, 100, 0.0), Moving(1, 24, 100, 0.0)});
   // 14 frames are seven samples.
@@ -399,17 +401,17 @@ TEST(MotionSignals, ALaterMotionIsLikeAtItsLag) {
     EXPECT_EQ(one.samples, 50 - std::abs(lag - 7)) << lag;
     EXPECT_EQ(turned.samples, one.samples) << lag;
     EXPECT_NEAR(turned.correlation, one.correlation, kOfFloats) << lag;
-    // The slowest joint goes up and down 0.91 times a second: a sample of 0.08
-    // s turns its phase by 26 degrees, whose cosine is 0.9, and those of the
-    // others by more.
+    // The slowest joint oscillates vertically at 0.91 Hz: one sample of 0.08 s
+    // changes its phase by 26 degrees, whose cosine is 0.9, and that of the
+    // other joints by more.
     if (lag == 7) continue;
     EXPECT_LT(one.correlation, 0.9) << lag;
   }
 }
 
-// What a camera does to an image from another side or of another make: places,
-// sizes, mirrors and the turn about its axis.
-TEST(MotionSignals, LikenessDoesNotDependOnPlaceSizeSideAndRoll) {
+// Differences between images of different cameras: position, size, mirroring
+// and roll.
+TEST(MotionSignals, LikenessIsInvariantToPositionSizeSideAndRoll) {
   const ViewTracklet one = Moving(0, 0, 100, 0.4);
   ViewTracklet other = one;
   other.size = 0.3;
@@ -424,15 +426,15 @@ TEST(MotionSignals, LikenessDoesNotDependOnPlaceSizeSideAndRoll) {
   EXPECT_NEAR(likeness.correlation, 1.0, kOfFloats);
 }
 
-TEST(MotionSignals, OtherMotionsAreLessAlike) {
+TEST(MotionSignals, DifferentMotionsAreLessAlike) {
   const MotionSignals signals =
       SignalsOf({Moving(0, 0, 200, 0.0), Moving(1, 0, 200, 1.7)});
   EXPECT_LT(signals.Compare(0, 1, 0).correlation, 0.5);
 }
 
-// All places are whole numbers of 1/64, and shoulders and hips lie about the
-// middle: nothing is rounded.
-TEST(MotionSignals, APersonAtRestSaysNothing) {
+// All coordinates are multiples of 1/64, and shoulders and hips are symmetric
+// about the centre, so nothing is rounded.
+TEST(MotionSignals, PersonAtRestHasNoLikeness) {
   NormalisedJoints pose(2, 12);
   for (int j = 0; j < 12; ++j) {
     pose.col(j) << (j % 2 == 0 ? 0.25 : -0.25), (j / 2) / 4.0;
@@ -445,8 +447,8 @@ TEST(MotionSignals, APersonAtRestSaysNothing) {
   EXPECT_EQ(likeness.samples, 50);
 }
 
-// At 25 Hz and every other frame a second is 12.5 samples: 13.
-TEST(MotionSignals, LessThanASecondSaysNothing) {
+// At 25 Hz and every other frame, a second has 12.5 samples, rounded to 13.
+TEST(MotionSignals, LessThanASecondHasNoLikeness) {
   const MotionSignals signals =
       SignalsOf({Moving(0, 0, 60, 0.0), Moving(1, 0, 60, 0.0)});
   EXPECT_EQ(signals.Compare(0, 1, 17).samples, 13);
@@ -456,9 +458,9 @@ TEST(MotionSignals, LessThanASecondSaysNothing) {
   EXPECT_EQ(signals.Compare(0, 1, -500).samples, 0);
 }
 
-// The share of energy that a tracklet lacks without some joints: the product
-// with the whole is the energy that is left, so that the squared correlation is
-// the share of it.
+// The fraction of energy that a tracklet lacks without some joints: the product
+// with the whole signal is the remaining energy, so the squared correlation is
+// the remaining fraction.
 double ShareOf(const std::vector<Eigen::Index>& joints) {
   const ViewTracklet whole = Moving(0, 0, 200, 0.0);
   ViewTracklet partly = whole;
@@ -473,18 +475,18 @@ double ShareOf(const std::vector<Eigen::Index>& joints) {
   return 1.0 - correlation * correlation;
 }
 
-// Wrists and knees are not of the joints whose mean is the middle.
-TEST(MotionSignals, MissingJointsTakeTheirShareOnly) {
+// Wrists and knees do not contribute to the body's centre.
+TEST(MotionSignals, MissingJointsReduceTheEnergyAdditively) {
   const double of_wrist = ShareOf({5});
   const double of_knee = ShareOf({8});
   EXPECT_GT(of_wrist, 0.01);
   EXPECT_GT(of_knee, 0.01);
-  // Three numbers, each off by twice the error of a correlation.
+  // Three numbers, each with twice the error of a correlation.
   EXPECT_NEAR(ShareOf({5, 8}), of_wrist + of_knee, 6.0 * kOfFloats);
 }
 
 // A frame without a detection is a sample without motion.
-TEST(MotionSignals, FramesWithoutDetectionHaveNoMotion) {
+TEST(MotionSignals, FramesWithoutDetectionsHaveNoMotion) {
   ViewTracklet gaps = Moving(0, 0, 200, 0.0);
   for (const int k : {40, 42, 120}) {
     gaps.detections[k] = -1;

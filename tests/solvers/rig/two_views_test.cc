@@ -18,8 +18,9 @@ RelativePose Truth() {
   return pose;
 }
 
-// Points about one baseline in front of both views, for focal lengths that are
-// `magnification` times the guess, with noise in normalised coordinates.
+// Points about one baseline away in front of both views, for focal lengths that
+// are `magnification` times the assumed values, with noise in normalised
+// coordinates.
 std::vector<PointPair> Points(const RelativePose& pose, int count,
                               double magnification, double noise) {
   Random random(3);
@@ -46,19 +47,20 @@ double AngleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(a.transpose() * b)).angle();
 }
 
-TEST(TwoViews, EightPointFindsThePoseOfExactPoints) {
+TEST(TwoViews, EightPointRecoversThePoseFromExactPoints) {
   const RelativePose truth = Truth();
   for (const double magnification : {1.0, 1.3}) {
     const auto pose =
         EightPoint(Points(truth, 20, magnification, 0.0), magnification);
     ASSERT_TRUE(pose.has_value());
-    // Rounding of the eigenvector: double precision through a condition of 1e4.
+    // Rounding error of the eigenvector: double precision times a condition
+    // number of 1e4.
     EXPECT_LT(AngleBetween(pose->R, truth.R), 1e-9);
     EXPECT_LT((pose->t - truth.t).norm(), 1e-9);
   }
 }
 
-TEST(TwoViews, PointsOfAPlaneLeaveThePoseOpen) {
+TEST(TwoViews, CoplanarPointsDoNotDetermineThePose) {
   const RelativePose truth = Truth();
   std::vector<PointPair> pairs = Points(truth, 20, 1.0, 0.0);
   Random random(5);
@@ -71,7 +73,7 @@ TEST(TwoViews, PointsOfAPlaneLeaveThePoseOpen) {
   EXPECT_FALSE(EightPoint(pairs, 1.0).has_value());
 }
 
-TEST(TwoViews, RefinementEndsWithinTheNoise) {
+TEST(TwoViews, RefinementConvergesWithinTheNoise) {
   const RelativePose truth = Truth();
   const double noise = 0.003;
   const std::vector<PointPair> pairs = Points(truth, 400, 1.0, noise);
@@ -83,15 +85,15 @@ TEST(TwoViews, RefinementEndsWithinTheNoise) {
   EXPECT_LE(RobustCost(pairs, pose, 0.01), RobustCost(pairs, truth, 0.01));
 }
 
-TEST(TwoViews, RefinementFindsTheFocalLengths) {
+TEST(TwoViews, RefinementRecoversTheMagnification) {
   const RelativePose truth = Truth();
   const std::vector<PointPair> pairs = Points(truth, 400, 1.1, 0.0);
   const RelativePose pose = RefinePose(pairs, truth, 0.01, 0.3);
-  // The prior of 30 % holds against 400 exact points.
+  // The prior of 30 % biases the result of 400 exact points only slightly.
   EXPECT_NEAR(pose.magnification, 1.1, 0.002);
 }
 
-TEST(TwoViews, ThePoseInFrontIsTaken) {
+TEST(TwoViews, PoseWithPointsInFrontIsChosen) {
   const RelativePose truth = Truth();
   RelativePose mirrored = truth;
   mirrored.t = -truth.t;
@@ -101,7 +103,7 @@ TEST(TwoViews, ThePoseInFrontIsTaken) {
   EXPECT_LT(AngleBetween(pose.R, truth.R), 1e-9);
 }
 
-TEST(TwoViews, DepthsAreThoseOfThePoint) {
+TEST(TwoViews, DepthsMatchThePoint) {
   const RelativePose truth = Truth();
   const Eigen::Vector3d a(0.1, -0.2, 1.1);
   const Eigen::Vector3d b = truth.R * a + truth.t;

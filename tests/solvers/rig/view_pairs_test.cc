@@ -1,4 +1,4 @@
-// Pairs of views of people whose places are known exactly.
+// Tests pairs of views of people whose positions are known exactly.
 #include "solvers/rig/view_pairs.h"
 
 #include <gmock/gmock.h>
@@ -23,13 +23,14 @@ using testing::MovingTracklet;
 using testing::PoseBetween;
 
 constexpr int kPairFrames = 100;
-// Exact points leave a cost of rounding, some 1e-16, and a pose the root of it:
-// 1e-8, a hundred times that for directions that are weakly held.
+// For exact points the cost is a rounding error of some 1e-16, and the pose has
+// an error of its square root, 1e-8; weakly determined directions need a
+// hundred times that.
 constexpr double kExactPose = 1e-6;
-// Anybody's joints come so near to epipolar lines by chance.
+// Gain of unrelated joints by chance.
 constexpr double kChance = 0.35;
 
-// Both people in both views, of which the second is late by so many frames:
+// Two people in both views, of which the second is late by `late` frames:
 // tracklets 0 and 1 are of the first view, 2 and 3 of the second.
 std::vector<ViewTracklet> TwoPeopleIn(const CameraRig& cameras, int late = 0) {
   std::vector<ViewTracklet> tracklets;
@@ -65,12 +66,12 @@ void ExpectPose(const RelativePose& found, const RelativePose& truth) {
   EXPECT_LT((found.t - truth.t).norm(), kExactPose);
 }
 
-// What exact joints of so many people fit in so many frames.
+// Evidence of exact joints.
 double EvidenceOf(int people, int frames) {
   return (1.0 - kChance) * people * frames / kMovingRateHz;
 }
 
-TEST(ViewPairs, LagPoseAndMatchesOfExactPeople) {
+TEST(ViewPairs, RecoversLagPoseAndMatchesOfExactPeople) {
   const CameraRig cameras = testing::RingOfCameras(3);
   for (const int late : {0, 7, -9}) {
     const PairFit pair = SearchPairOf(TwoPeopleIn(cameras, late), 0, 1);
@@ -79,8 +80,8 @@ TEST(ViewPairs, LagPoseAndMatchesOfExactPeople) {
     EXPECT_EQ(pair.lag, late);
     ExpectPose(pair.pose, PoseBetween(cameras[0], cameras[1]));
     EXPECT_EQ(WhoIsWho(pair), (Matches{{0, 2}, {1, 3}}));
-    // Gains are one less the squared distance, some 1e-12 here, over that of
-    // 3 % of a person.
+    // Gains are one minus the squared distance, some 1e-12 here, divided by the
+    // square of 3 % of a person's size.
     for (const TrackletMatch& one : pair.matches) {
       EXPECT_NEAR(one.gain, 1.0, 1e-6);
     }
@@ -91,7 +92,7 @@ TEST(ViewPairs, LagPoseAndMatchesOfExactPeople) {
   }
 }
 
-TEST(ViewPairs, FromTheOtherSideThePoseIsTheInverse) {
+TEST(ViewPairs, ExchangedViewsGiveTheInversePose) {
   const CameraRig cameras = testing::RingOfCameras(3);
   std::vector<ViewTracklet> tracklets = TwoPeopleIn(cameras, 7);
   for (ViewTracklet& one : tracklets) one.view = 1 - one.view;
@@ -101,7 +102,7 @@ TEST(ViewPairs, FromTheOtherSideThePoseIsTheInverse) {
   EXPECT_EQ(WhoIsWho(pair), (Matches{{2, 0}, {3, 1}}));
 }
 
-TEST(ViewPairs, TheOrderOfPeopleIsOfNoConsequence) {
+TEST(ViewPairs, InvariantToTheOrderOfPeople) {
   const CameraRig cameras = testing::RingOfCameras(3);
   std::vector<ViewTracklet> tracklets = TwoPeopleIn(cameras);
   std::swap(tracklets[2], tracklets[3]);
@@ -110,8 +111,8 @@ TEST(ViewPairs, TheOrderOfPeopleIsOfNoConsequence) {
   EXPECT_EQ(WhoIsWho(pair), (Matches{{0, 3}, {1, 2}}));
 }
 
-// Views 0 and 1 see two people, view 2 another one.
-TEST(ViewPairs, OnlyTheTwoViewsCount) {
+// Views 0 and 1 see two people, view 2 another person.
+TEST(ViewPairs, UsesOnlyTheTwoViews) {
   const CameraRig cameras = testing::RingOfCameras(3);
   std::vector<ViewTracklet> tracklets = TwoPeopleIn(cameras);
   tracklets.insert(tracklets.begin(),
@@ -121,7 +122,7 @@ TEST(ViewPairs, OnlyTheTwoViewsCount) {
 }
 
 // A third person is seen by the second view alone.
-TEST(ViewPairs, WhoIsSeenByOneViewIsNotMatched) {
+TEST(ViewPairs, PersonInASingleViewIsNotMatched) {
   const CameraRig cameras = testing::RingOfCameras(3);
   std::vector<ViewTracklet> tracklets = TwoPeopleIn(cameras);
   tracklets.push_back(MovingTracklet(cameras[1], 1, 4, kPairFrames));
@@ -130,8 +131,9 @@ TEST(ViewPairs, WhoIsSeenByOneViewIsNotMatched) {
   EXPECT_EQ(WhoIsWho(pair), (Matches{{0, 2}, {1, 3}}));
 }
 
-// A tracklet that breaks is matched in both parts, which do not overlap.
-TEST(ViewPairs, PartsOfATrackletAreMatchedWithTheSamePerson) {
+// Both parts of an interrupted tracklet are matched, because they do not
+// overlap.
+TEST(ViewPairs, PartsOfATrackletMatchTheSamePerson) {
   const CameraRig cameras = testing::RingOfCameras(3);
   std::vector<ViewTracklet> tracklets = TwoPeopleIn(cameras);
   ViewTracklet later = tracklets[3];
@@ -148,7 +150,7 @@ TEST(ViewPairs, PartsOfATrackletAreMatchedWithTheSamePerson) {
   EXPECT_NEAR(pair.evidence, EvidenceOf(2, kPairFrames), 1e-4);
 }
 
-TEST(ViewPairs, FramesAndJointsThatOneViewLacksAreLeftOut) {
+TEST(ViewPairs, FramesAndJointsMissingInOneViewAreOmitted) {
   const CameraRig cameras = testing::RingOfCameras(3);
   std::vector<ViewTracklet> tracklets = TwoPeopleIn(cameras);
   for (int k = 20; k < 30; ++k) {
@@ -165,7 +167,7 @@ TEST(ViewPairs, FramesAndJointsThatOneViewLacksAreLeftOut) {
               1e-4);
 }
 
-TEST(ViewPairs, NothingFitsWhereAViewSeesNobody) {
+TEST(ViewPairs, NoEvidenceIfAViewSeesNobody) {
   const CameraRig cameras = testing::RingOfCameras(3);
   for (const auto& tracklets :
        {TwoPeopleIn(cameras), std::vector<ViewTracklet>()}) {
@@ -178,8 +180,8 @@ TEST(ViewPairs, NothingFitsWhereAViewSeesNobody) {
   }
 }
 
-// People who never were in view at the same time, whatever the lag.
-TEST(ViewPairs, NothingFitsWherePeopleAreSeenOneAfterAnother) {
+// People who were never in view at the same time, at any lag.
+TEST(ViewPairs, NoEvidenceIfPeopleAreNeverSeenTogether) {
   const CameraRig cameras = testing::RingOfCameras(3);
   std::vector<ViewTracklet> tracklets = TwoPeopleIn(cameras);
   tracklets[2].first = tracklets[3].first = 2 * kPairFrames;
@@ -188,8 +190,8 @@ TEST(ViewPairs, NothingFitsWherePeopleAreSeenOneAfterAnother) {
   EXPECT_EQ(pair.evidence, 0.0);
 }
 
-// Views in step are not searched for lags.
-TEST(ViewPairs, WithoutALongestLagThereIsNone) {
+// For synchronised views, lags are not searched.
+TEST(ViewPairs, ZeroLongestLagGivesZeroLag) {
   const CameraRig cameras = testing::RingOfCameras(3);
   PairSearchOptions options;
   options.longest_lag_s = 0.0;
@@ -198,7 +200,7 @@ TEST(ViewPairs, WithoutALongestLagThereIsNone) {
   ExpectPose(pair.pose, PoseBetween(cameras[0], cameras[1]));
 }
 
-TEST(ViewPairs, LeadAndDoubtFollowFromEvidenceAndRival) {
+TEST(ViewPairs, LeadAndDecisionFollowFromEvidenceAndRival) {
   PairFit pair;
   pair.evidence = 10.0;
   pair.rival = 7.9;
@@ -211,7 +213,8 @@ TEST(ViewPairs, LeadAndDoubtFollowFromEvidenceAndRival) {
 
 // ---- Unknown focal lengths ----
 
-// Coordinates as a guess has them that is so many times too short.
+// Coordinates normalised with focal lengths that are too short by
+// `magnification`.
 std::vector<ViewTracklet> Magnified(std::vector<ViewTracklet> tracklets,
                                     double magnification) {
   for (ViewTracklet& one : tracklets) {
@@ -221,13 +224,14 @@ std::vector<ViewTracklet> Magnified(std::vector<ViewTracklet> tracklets,
   return tracklets;
 }
 
-// Where optical axes meet, equally far from both cameras, focal lengths are
-// open (Sturm, "On focal length calibration from two views", 2001): the second
-// camera is turned aside. The prior of 20 % draws by log(1.1) / 0.2^2 = 2.4
-// against some thousand points, each of which focal lengths of twice the length
-// move by the scale of the loss (1.2 % of a person) or more: by 0.24 % at most,
-// and four times that for what angles take up.
-TEST(ViewPairs, FocalLengthsAreFoundAndPosesRefitted) {
+// If optical axes intersect equally far from both cameras, focal lengths are
+// undetermined (Sturm, "On focal length calibration from two views", 2001), so
+// the second camera is rotated. The gradient of the prior of 20 % is log(1.1) /
+// 0.2^2 = 2.4, against some thousand points, which a doubled focal length
+// displaces by at least the scale of the loss (1.2 % of a person). The bias is
+// therefore at most 0.24 %, and the tolerance four times that, because angles
+// absorb part of the effect.
+TEST(ViewPairs, RecoversFocalLengthsAndRefitsPoses) {
   CameraRig cameras = testing::RingOfCameras(3);
   cameras[1] = Edited(cameras[1], [](CameraParameters* camera) {
     const Eigen::Matrix3d turn = ExpRotation({0.1, 0.15, 0.05});
@@ -241,13 +245,13 @@ TEST(ViewPairs, FocalLengthsAreFoundAndPosesRefitted) {
   PairFit pair = SearchPairOf(Magnified(tracklets, 1.1), 0, 1, options);
   EXPECT_NEAR(pair.pose.magnification, 1.1, 0.01);
   EXPECT_EQ(WhoIsWho(pair), (Matches{{0, 2}, {1, 3}}));
-  // The coordinates of the right focal lengths leave no doubt.
+  // With coordinates of the right focal lengths, the pose is exact.
   RefitPose(tracklets, &pair);
   EXPECT_EQ(pair.pose.magnification, 1.0);
   ExpectPose(pair.pose, truth);
 }
 
-TEST(ViewPairs, RefittingFindsThePoseFromAnyStart) {
+TEST(ViewPairs, RefitRecoversThePoseFromAnyStart) {
   const CameraRig cameras = testing::RingOfCameras(3);
   for (const int late : {0, 5}) {
     PairFit pair;
@@ -260,13 +264,13 @@ TEST(ViewPairs, RefittingFindsThePoseFromAnyStart) {
   }
 }
 
-TEST(ViewPairs, RefittingWithoutPointsKeepsThePose) {
+TEST(ViewPairs, RefitWithoutPointsKeepsThePose) {
   const CameraRig cameras = testing::RingOfCameras(3);
   PairFit pair;
   pair.pose = PoseBetween(cameras[1], cameras[2]);
   pair.pose.magnification = 1.3;
   const RelativePose before = pair.pose;
-  // One frame in common has twelve points; sixteen are needed.
+  // One common frame has twelve points, but sixteen are required.
   pair.matches = {{0, 2, 1.0}};
   pair.lag = kPairFrames - 1;
   for (const auto& matches : {pair.matches, std::vector<TrackletMatch>()}) {

@@ -1,5 +1,5 @@
-// Images lost and cameras moved in the middle of a recording, each hypothesis
-// asked alone. Whole diagnoses are in doctor_test.cc.
+// Tests the hypotheses about lost images and about cameras moved during a
+// recording, each separately. For complete diagnoses, see doctor_test.cc.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,7 +19,8 @@ using testing::WalkersRoom;
 
 // ---- Images lost or duplicated ----
 
-// The third view's images from frame 60 on are `missing` later ones.
+// From frame 60 on, the third view has the images that belong `missing` frames
+// later.
 WalkersRoom WithJump(int missing) {
   WalkersRoom room(150);
   room.AddNoise(1.0);
@@ -30,7 +31,7 @@ WalkersRoom WithJump(int missing) {
   return room;
 }
 
-TEST(LostPictures, AreCountedAndPutBack) {
+TEST(LostPictures, AreCountedAndShiftedBack) {
   const WalkersRoom sound = WithJump(0);
   for (const int missing : {4, -3}) {
     WalkersRoom room = WithJump(missing);
@@ -40,11 +41,11 @@ TEST(LostPictures, AreCountedAndPutBack) {
     EXPECT_EQ(answer->findings[0].kind, "frames");
     EXPECT_EQ(answer->findings[0].camera, "cam2");
     EXPECT_THAT(answer->findings[0].evidence,
-                StartsWith(missing > 0 ? "4 pictures are missing"
-                                       : "3 pictures are too many"));
+                StartsWith(missing > 0 ? "4 images are missing"
+                                       : "3 images are in excess"));
     EXPECT_LT(answer->findings[0].after_px, answer->findings[0].before_px);
-    // The place of the jump is known to a few bins of half a second; all other
-    // images are back in their frames, and none is shown twice.
+    // The time of the jump is known to a few bins of half a second; all other
+    // images are back in their frames, and none appears twice.
     ASSERT_TRUE(answer->detections.has_value());
     std::set<double> shown;
     for (size_t k = 0; k < 150; ++k) {
@@ -62,7 +63,7 @@ TEST(LostPictures, AreCountedAndPutBack) {
   }
 }
 
-TEST(LostPictures, AreNoneOfASoundViewAPersonAtRestOrAStranger) {
+TEST(LostPictures, NoneIsFoundWithoutFaultsOrMotionOrInExcludedViews) {
   EXPECT_FALSE(AskForJump(WithJump(0).Matched()).has_value());
   WalkersRoom resting(150);
   resting.input.detections = testing::SeenBy(resting.cameras, 150, [](int) {
@@ -71,14 +72,14 @@ TEST(LostPictures, AreNoneOfASoundViewAPersonAtRestOrAStranger) {
   resting.AddNoise(1.0);
   EXPECT_FALSE(AskForJump(resting.Matched()).has_value());
   WalkersRoom stranger = WithJump(4);
-  kinegraph::SetUp set_up = stranger.Matched();  // not that of the test
+  kinegraph::SetUp set_up = stranger.Matched();  // not the test's SetUp()
   set_up.strangers.insert(2);
   EXPECT_FALSE(AskForJump(set_up).has_value());
 }
 
 // ---- A camera that was moved ----
 
-// The third camera is turned from frame 60 on: 3 degrees, 52 px.
+// The third camera is rotated by 3 degrees, 52 px, from frame 60 on.
 WalkersRoom WithTurn() {
   WalkersRoom room(120);
   for (size_t k = 60; k < 120; ++k) {
@@ -89,7 +90,7 @@ WalkersRoom WithTurn() {
   return room;
 }
 
-TEST(ACameraThatWasMoved, IsNamedWithItsFrameAndTheRestIsTheOtherSide) {
+TEST(ACameraThatWasMoved, IsReportedWithTheFrameAndTheBetterSideIsKept) {
   const auto answer = AskForBreak(WithTurn().Looked());
   ASSERT_TRUE(answer.has_value());
   for (const Finding& finding : answer->findings) {
@@ -102,7 +103,7 @@ TEST(ACameraThatWasMoved, IsNamedWithItsFrameAndTheRestIsTheOtherSide) {
   EXPECT_EQ(answer->detections->frames.back().frame, 59);
 }
 
-TEST(ACameraThatWasMoved, BeforeItsCalibrationIsWrongBefore) {
+TEST(ACameraThatWasMoved, IsReportedForTheFramesBeforeALaterCalibration) {
   WalkersRoom room = WithTurn();
   for (size_t k = 0; k < 120; ++k) {
     for (Keypoint& joint : room.View(k, 2).detections[0].joints) {
@@ -117,13 +118,13 @@ TEST(ACameraThatWasMoved, BeforeItsCalibrationIsWrongBefore) {
   EXPECT_EQ(answer->detections->frames.front().frame, 60);
 }
 
-TEST(ACameraThatWasMoved, IsNoneOfASoundRoomAndNotAViewThatLostImages) {
+TEST(ACameraThatWasMoved, IsNotReportedWithoutFaultsOrForLostImages) {
   EXPECT_FALSE(AskForBreak(WalkersRoom(120).Looked()).has_value());
-  // Two thirds of a second: a step of the agreement as large as a turn's.
+  // A loss of 0.64 s changes the agreement as much as a rotation.
   EXPECT_FALSE(AskForBreak(WithJump(16).Looked()).has_value());
 }
 
-TEST(ACameraThatWasMoved, IsNotSearchedForInTwoViewsOrWithoutMatches) {
+TEST(ACameraThatWasMoved, IsNotSearchedInTwoViewsOrWithoutMatches) {
   WalkersRoom unmatched = WithTurn();
   unmatched.input.match = nullptr;
   EXPECT_FALSE(AskForBreak(unmatched.Looked()).has_value());

@@ -14,7 +14,7 @@ using testing::FaultyScene;
 using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
-// Correct tracks, so that only cameras and clocks have errors.
+// A check with correct tracks, so that only cameras and clocks have errors.
 CameraCheck CheckOf(const FaultyScene& scene) {
   CameraCheck check(scene.cameras, scene.detections.header.skeleton,
                     scene.scene.skeleton);
@@ -31,19 +31,19 @@ std::string Words(const CameraCheck& check) {
   return words;
 }
 
-TEST(CameraCheck, SaysNothingOfSoundCameras) {
+TEST(CameraCheck, DoesNotWarnAboutCorrectCameras) {
   const CameraCheck check = CheckOf(MakeFaultyScene({31}));
   EXPECT_EQ(Words(check), "");
   for (const CameraCheck::View& view : check.Views()) {
     EXPECT_GE(view.in_motion, 60u);
     // 2 px correspond to 20 ms at walking speed; the mean of 60 segments with
-    // independent errors has a standard error of 20 / sqrt(60) ms, of which the
-    // limit is four.
+    // independent errors has a standard error of 20 / sqrt(60) ms. The limit is
+    // four standard errors.
     EXPECT_LT(std::abs(view.late_s), 0.01);
   }
 }
 
-TEST(CameraCheck, NamesTheImageThatIsShifted) {
+TEST(CameraCheck, WarnsAboutAShiftedImage) {
   FaultyScene scene = MakeFaultyScene({32});
   scene.cameras[1] = testing::Shifted(scene.cameras[1], 25.0, 10.0);
   const CameraCheck check = CheckOf(scene);
@@ -55,8 +55,8 @@ TEST(CameraCheck, NamesTheImageThatIsShifted) {
   EXPECT_NEAR(check.Views()[1].y_px, -10.0, 2.0);
 }
 
-// Cameras side by side triangulate few joints, and those inaccurately.
-TEST(CameraCheck, CamerasSideBySideAreNotAccused) {
+// Cameras side by side triangulate few joints, and these inaccurately.
+TEST(CameraCheck, DoesNotWarnAboutCamerasSideBySide) {
   for (const uint64_t seed : {3, 4, 5}) {
     for (const double apart_m : {0.1, 0.3, 0.6}) {
       FaultyScene scene = MakeFaultyScene({seed, 2});
@@ -74,7 +74,7 @@ TEST(CameraCheck, CamerasSideBySideAreNotAccused) {
   }
 }
 
-TEST(CameraCheck, NamesTheClockThatIsLateUnlessItsTimeIsTold) {
+TEST(CameraCheck, WarnsAboutALateClockUnlessCaptureTimesAreCorrect) {
   FaultySceneOptions options = {33};
   options.clock_offset_s = {0.0, 0.0, 0.1, 0.0, 0.0};
   FaultyScene scene = MakeFaultyScene(options);
@@ -82,10 +82,9 @@ TEST(CameraCheck, NamesTheClockThatIsLateUnlessItsTimeIsTold) {
   const std::string name = "'" + scene.cameras[2].name() + "'";
   EXPECT_NE(Words(check).find(name + " sees people about"), std::string::npos)
       << Words(check);
-  EXPECT_NE(Words(check).find("later than the others"), std::string::npos);
-  // The clocks of the others are correct, so their points belong to the
-  // recorded time. Straight segments of 0.2 s only approximate the motion of
-  // steps.
+  EXPECT_NE(Words(check).find("later than the other views"), std::string::npos);
+  // The other clocks are correct, so the points of these views are those at the
+  // recorded time. Segments of 0.2 s only approximate the motion in walking.
   EXPECT_NEAR(check.Views()[2].late_s, 0.1, 0.015);
   for (DetectionFrame& frame : scene.detections.frames) {
     frame.views[2].capture_time += FromSeconds(0.1);
@@ -95,19 +94,19 @@ TEST(CameraCheck, NamesTheClockThatIsLateUnlessItsTimeIsTold) {
   EXPECT_NEAR(told.Views()[2].late_s, 0.0, 0.015);
 }
 
-TEST(CameraCheck, TwoCamerasAreCheckedByEpipolarLines) {
+TEST(CameraCheck, TwoCamerasAreCheckedWithEpipolarLines) {
   FaultySceneOptions options = {35, 2};
   options.arc_deg = 90.0;
   FaultyScene scene = MakeFaultyScene(options);
   EXPECT_EQ(Words(CheckOf(scene)), "");
-  // With cameras at equal height epipolar lines are horizontal.
+  // For cameras at equal height, epipolar lines are horizontal.
   scene.cameras[1] = testing::Shifted(scene.cameras[1], 0.0, 25.0);
   const CameraCheck check = CheckOf(scene);
   EXPECT_NE(Words(check), "");
   EXPECT_NEAR(check.Views()[1].y_px, -25.0, 5.0);
 }
 
-TEST(CameraCheck, LooksAtTheWholeTake) {
+TEST(CameraCheck, CoversTheWholeRecording) {
   FaultySceneOptions options = {34};
   options.duration_s = 60.0;  // 1500 frames
   FaultyScene scene = MakeFaultyScene(options);

@@ -1,4 +1,5 @@
-// Clocks from exact detections. Noisy scenes: readings_test.cc.
+// Tests the clock search on exact detections. For noisy scenes, see
+// readings_test.cc.
 #include "solvers/scene/clock_search.h"
 
 #include <gmock/gmock.h>
@@ -37,7 +38,7 @@ ClockSearch ClocksOf(const CameraRig& cameras, const DetectionSequence& seen,
 
 // ---- Realigned recordings ----
 
-TEST(Realigned, ShowsEachViewsLaterFrame) {
+TEST(Realigned, ShiftsEachViewByTheLag) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const DetectionSequence seen = Movers(cameras);
   const std::vector<int> lags = {0, 4, -3};
@@ -62,13 +63,13 @@ TEST(Realigned, ShowsEachViewsLaterFrame) {
 
 // ---- Lags ----
 
-// Exact joints agree at one lag only.
+// Exact joints agree at a single lag only.
 TEST(ClockSearchOfExactPeople, LagsAreExact) {
   const CameraRig cameras = testing::RingOfCameras(4);
   for (const std::vector<int>& lags :
        {std::vector<int>{0, 7, -5, 0}, std::vector<int>{0, 0, 0, 12},
         std::vector<int>{0, 6, 6, 6}}) {
-    // Frame k + lag shall show time k.
+    // Frame k + lag must show time k.
     std::vector<int> back;
     for (const int lag : lags) back.push_back(-lag);
     const ClockSearch search =
@@ -87,7 +88,7 @@ TEST(ClockSearchOfExactPeople, LagsAreExact) {
 // Three of the six pairs of four views contain the late view. Every fourth of
 // 120 frames is examined, with two people each; the first eight frames of the
 // late view are empty, and two of them are examined.
-TEST(ClockSearchOfExactPeople, MovedPairsAreThoseWhoseLagsDiffer) {
+TEST(ClockSearchOfExactPeople, MovedCoversThePairsWithDifferentLags) {
   const CameraRig cameras = testing::RingOfCameras(4);
   const ClockSearch search =
       ClocksOf(cameras, Realigned(Movers(cameras), {0, 0, -8, 0}));
@@ -97,7 +98,7 @@ TEST(ClockSearchOfExactPeople, MovedPairsAreThoseWhoseLagsDiffer) {
 }
 
 // Lags are relative to the first view in any order of views.
-TEST(ClockSearchOfExactPeople, TheOrderOfViewsIsOfNoConsequence) {
+TEST(ClockSearchOfExactPeople, InvariantToTheOrderOfViews) {
   CameraRig cameras = testing::RingOfCameras(3);
   DetectionSequence seen = Realigned(Movers(cameras), {0, -7, 5});
   EXPECT_THAT(ClocksOf(cameras, seen).lag_frames, ElementsAre(0, 7, -5));
@@ -111,7 +112,7 @@ TEST(ClockSearchOfExactPeople, TheOrderOfViewsIsOfNoConsequence) {
   EXPECT_THAT(ClocksOf(cameras, seen).lag_frames, ElementsAre(0, -7, -12));
 }
 
-TEST(ClockSearchOfExactPeople, TheWorldIsOfNoConsequence) {
+TEST(ClockSearchOfExactPeople, InvariantToTheWorldFrame) {
   CameraRig cameras = testing::RingOfCameras(3);
   const DetectionSequence seen = Realigned(Movers(cameras), {0, -7, 5});
   const Eigen::Matrix3d turn = ExpRotation({0.3, -0.8, 1.1});
@@ -122,7 +123,7 @@ TEST(ClockSearchOfExactPeople, TheWorldIsOfNoConsequence) {
   EXPECT_THAT(ClocksOf(cameras, seen).lag_frames, ElementsAre(0, 7, -5));
 }
 
-TEST(ClockSearchOfExactPeople, ViewsInStepHaveNoLags) {
+TEST(ClockSearchOfExactPeople, SynchronisedViewsHaveNoLags) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const ClockSearch search = ClocksOf(cameras, Movers(cameras));
   EXPECT_FALSE(search.found());
@@ -130,7 +131,7 @@ TEST(ClockSearchOfExactPeople, ViewsInStepHaveNoLags) {
   EXPECT_EQ(search.moved.before.possible, 0.0);
 }
 
-// People at rest agree equally at any lag.
+// People at rest agree equally well at any lag.
 TEST(ClockSearchOfExactPeople, PeopleAtRestHaveNoLags) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const DetectionSequence seen =
@@ -140,8 +141,9 @@ TEST(ClockSearchOfExactPeople, PeopleAtRestHaveNoLags) {
   EXPECT_FALSE(ClocksOf(cameras, Realigned(seen, {0, -7, 5})).found());
 }
 
-// A third of the 30 frames are 10; the search is limited to 5.
-TEST(ClockSearchOfExactPeople, LagsBeyondReachAreNotFound) {
+// A lag of 9 is found with a maximum of 9, but not with 5, or in 30 frames, a
+// third of which is 10.
+TEST(ClockSearchOfExactPeople, LagsBeyondTheReachAreNotFound) {
   const CameraRig cameras = testing::RingOfCameras(2);
   DetectionSequence seen = Realigned(Movers(cameras), {0, -9});
   EXPECT_THAT(ClocksOf(cameras, seen, 9).lag_frames, ElementsAre(0, 9));
@@ -151,7 +153,7 @@ TEST(ClockSearchOfExactPeople, LagsBeyondReachAreNotFound) {
   EXPECT_LE(std::abs(ClocksOf(cameras, seen, 20).lag_frames[1]), 10);
 }
 
-TEST(ClockSearchOfExactPeople, OneViewNoneAndNobodyHaveNoLags) {
+TEST(ClockSearchOfExactPeople, NoLagsWithoutViewPairsOrPeople) {
   const CameraRig none;
   EXPECT_THAT(SearchClocks(none, {}, kMostLag).lag_frames, IsEmpty());
   const CameraRig one = testing::RingOfCameras(1);
@@ -169,8 +171,8 @@ TEST(ClockSearchOfExactPeople, OneViewNoneAndNobodyHaveNoLags) {
   EXPECT_FALSE(ClocksOf(cameras, nobody).found());
 }
 
-// Its own lag is unknown.
-TEST(ClockSearchOfExactPeople, AViewThatSeesNobodyIsOfNoConsequence) {
+// The lag of the empty view is unknown.
+TEST(ClockSearchOfExactPeople, EmptyViewDoesNotAffectOtherLags) {
   const CameraRig cameras = testing::RingOfCameras(4);
   DetectionSequence seen = Realigned(Movers(cameras), {0, -7, 0, 0});
   for (DetectionFrame& frame : seen.frames) frame.views[3].detections.clear();

@@ -47,24 +47,24 @@ Finding FoundKind(const Diagnosis& diagnosis, const std::string& kind,
   return one == nullptr ? Finding() : *one;
 }
 
-// Nothing is reported about other cameras.
+// Checks that nothing is reported about other cameras.
 void ExpectNoneBut(const Diagnosis& diagnosis, const std::string& camera) {
   for (const Finding& finding : diagnosis.findings) {
     EXPECT_EQ(finding.camera, camera) << DiagnosisWords(diagnosis);
   }
 }
 
-TEST(Doctor, SoundScenesAreSound) {
+TEST(Doctor, ReportsNothingForSoundScenes) {
   const Diagnosis diagnosis = DiagnoseScene(MakeFaultyScene({11}));
   EXPECT_TRUE(diagnosis.sound()) << DiagnosisWords(diagnosis);
   EXPECT_EQ(FindKind(diagnosis, "clock_offset"), nullptr);
   EXPECT_EQ(diagnosis.cameras.size(), 5u);
 }
 
-// Real detectors have errors of centimetres per joint and view that last for
-// whole recordings; they are not camera faults, and no camera is corrected for
-// them.
-TEST(Doctor, LastingOffsetsAreNoFaultOfCameras) {
+// Real detectors have persistent errors of centimetres per joint and view over
+// whole recordings; these are not camera faults, and no camera must be
+// corrected for them.
+TEST(Doctor, PersistentOffsetsAreNotCameraFaults) {
   const uint64_t end = testing::kSanitized ? 42 : 45;
   for (uint64_t seed = 41; seed < end; ++seed) {
     FaultyScene scene = MakeFaultyScene({seed, 4, seed % 2 == 0 ? 1 : 3});
@@ -82,8 +82,9 @@ TEST(Doctor, LastingOffsetsAreNoFaultOfCameras) {
   }
 }
 
-// A rotation that moves everyone exceeds such offsets; so does a shifted image.
-TEST(Doctor, ACameraThatIsOffIsNamedAlone) {
+// A rotation that displaces everyone exceeds such offsets; so does a shifted
+// image.
+TEST(Doctor, OnlyTheWrongCameraIsReported) {
   FaultyScene turned = MakeFaultyScene({46});
   testing::AddLastingOffsets(46, 1.0, &turned);
   turned.cameras[2] = testing::Turned(turned.cameras[2], 1.5, 9);
@@ -94,7 +95,7 @@ TEST(Doctor, ACameraThatIsOffIsNamedAlone) {
     const Diagnosis diagnosis = DiagnoseScene(scene);
     FoundKind(diagnosis, kind, scene.cameras[view].name());
     ExpectNoneBut(diagnosis, scene.cameras[view].name());
-    // All other cameras stay as they are.
+    // All other cameras are unchanged.
     for (size_t v = 0; v < scene.cameras.size(); ++v) {
       if (v == view) continue;
       EXPECT_EQ(diagnosis.cameras[v].R(), scene.cameras[v].R()) << kind;
@@ -103,7 +104,7 @@ TEST(Doctor, ACameraThatIsOffIsNamedAlone) {
   }
 }
 
-TEST(Doctor, AUnitIsToldByTheHeightOfPeopleAndNothingElseIs) {
+TEST(Doctor, WrongUnitIsTheOnlyFinding) {
   FaultyScene scene = MakeFaultyScene({});
   for (Camera& camera : scene.cameras) {
     camera = testing::WithExtrinsics(camera, camera.R(), 1000.0 * camera.t());
@@ -113,8 +114,8 @@ TEST(Doctor, AUnitIsToldByTheHeightOfPeopleAndNothingElseIs) {
   EXPECT_EQ(diagnosis.findings.size(), 1u) << DiagnosisWords(diagnosis);
 }
 
-// Thresholds are for detectors with confidences of typically 0.6 and more.
-TEST(Doctor, SmallConfidencesHideNothing) {
+// Thresholds suit detectors with confidences of typically at least 0.6.
+TEST(Doctor, FindsFaultsDespiteLowConfidences) {
   FaultyScene scene = MakeFaultyScene({12, 4});
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     testing::ChangeJoints(&scene, v,
@@ -130,7 +131,7 @@ TEST(Doctor, SmallConfidencesHideNothing) {
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], truth), 0.2);
 }
 
-TEST(Doctor, ConfidencesAreScaledWhereTheyAreSmall) {
+TEST(Doctor, LowConfidencesAreRescaled) {
   const auto first_of = [](const std::vector<double>& confidences) {
     DetectionSequence told;
     ViewDetections view;
@@ -153,11 +154,11 @@ TEST(Doctor, ConfidencesAreScaledWhereTheyAreSmall) {
   EXPECT_DOUBLE_EQ(first_of({0.1, 0.2, 0.9}), 0.3);
 }
 
-// A person at rest gives no information on clocks, however much the detector's
-// lasting errors resemble a clock or a rotation joint by joint.
+// A person at rest gives no information about clocks, even if the detector's
+// persistent errors resemble a clock error or a rotation in each joint.
 class Standers : public ::testing::TestWithParam<double> {};
 
-TEST_P(Standers, TellNothingOfClocks) {
+TEST_P(Standers, GiveNoClockFindings) {
   const int64_t end = testing::kSanitized ? 16 : 20;
   for (int64_t seed = 14; seed < end; ++seed) {
     SceneOptions options;
@@ -183,7 +184,7 @@ TEST_P(Standers, TellNothingOfClocks) {
 }
 INSTANTIATE_TEST_SUITE_P(Pixels, Standers, ::testing::Values(2.0, 6.0));
 
-TEST(Doctor, TurnedCamerasAreNotTakenForClocks) {
+TEST(Doctor, RotatedCamerasAreNotReportedAsClocks) {
   for (const uint64_t seed : {51, 54}) {
     if (testing::kSanitized && seed == 54) continue;  // a quarter of an hour
     FaultyScene scene = MakeFaultyScene({seed, 5, 2});
@@ -198,9 +199,9 @@ TEST(Doctor, TurnedCamerasAreNotTakenForClocks) {
   }
 }
 
-// With two people who turn round, cameras that are all rotated looked like a
-// clock that jumps by half a second, and like three late ones.
-TEST(Doctor, OfTwoPeopleTurnedCamerasAreNoClocks) {
+// With two people who turn round, cameras that were all rotated used to be
+// reported as a clock that jumps by half a second, and as three late clocks.
+TEST(Doctor, RotatedCamerasWithTwoPeopleAreNotReportedAsClocks) {
   if (testing::kSanitized) GTEST_SKIP() << "a quarter of an hour";
   for (const uint64_t seed : {93044, 307044}) {
     Random random(seed);
@@ -219,15 +220,16 @@ TEST(Doctor, OfTwoPeopleTurnedCamerasAreNoClocks) {
   }
 }
 
-// Omitted lens terms of every camera: 63 mm instead of 9 in a recording of
-// three walkers, while all views agree within a pixel of their noise.
-TEST(Doctor, ForgottenLensesAreNamed) {
+// Omitted lens terms of all cameras cause errors of 63 mm instead of 9 mm in a
+// recording of three walking people, although all views agree within a pixel of
+// their noise.
+TEST(Doctor, OmittedLensTermsAreReported) {
   FaultySceneOptions options = {71};
   options.distortion = {-0.28, 0.1, 0.0, 0.0, 0.0};
   FaultyScene scene = MakeFaultyScene(options);
   for (Camera& camera : scene.cameras) camera = testing::WithoutLens(camera);
   const Diagnosis diagnosis = DiagnoseScene(scene);
-  // In a view with people in the middle of the image the lens has hardly any
+  // In a view with people in the middle of the image, the lens has hardly any
   // effect.
   size_t named = 0;
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
@@ -247,7 +249,7 @@ TEST(Doctor, ForgottenLensesAreNamed) {
   EXPECT_GE(named, 3u) << DiagnosisWords(diagnosis);
 }
 
-TEST(Doctor, AnotherOnesCalibrationIsNamed) {
+TEST(Doctor, DuplicateCalibrationIsReported) {
   FaultyScene scene = MakeFaultyScene({14, 4});
   scene.cameras[3] = Edited(scene.cameras[0], [&](CameraParameters* camera) {
     camera->name = scene.cameras[3].name();
@@ -258,9 +260,9 @@ TEST(Doctor, AnotherOnesCalibrationIsNamed) {
   EXPECT_NE(stranger.evidence.find("equals that of"), std::string::npos);
 }
 
-// Most detections have no counterpart in another view, and agreement is as low
-// as that of unrelated calibrations; yet it is highest at the right time.
-TEST(Doctor, FewMatchesAloneDoNotMakeAnotherSetUp) {
+// Most detections have no counterpart in another view, and the agreement is as
+// low as with unrelated calibrations; but it is highest at equal times.
+TEST(Doctor, FewMatchesAreNotReportedAsAnotherSetUp) {
   FaultySceneOptions options = {61, 3, 4, 20.0};
   options.arc_deg = 240.0;
   FaultyScene scene = MakeFaultyScene(options);
@@ -280,7 +282,8 @@ TEST(Doctor, FewMatchesAloneDoNotMakeAnotherSetUp) {
   other.arc_deg = 120.0;
   scene.cameras = MakeFaultyScene(other).cameras;
   FoundKind(DiagnoseScene(scene), "never_matched");
-  // People of one second have no other times to be compared with.
+  // People who are present for one second only cannot be compared at other
+  // times.
   for (size_t k = 25; k < scene.detections.frames.size(); ++k) {
     for (ViewDetections& view : scene.detections.frames[k].views) {
       view.detections.clear();
@@ -289,8 +292,9 @@ TEST(Doctor, FewMatchesAloneDoNotMakeAnotherSetUp) {
   FoundKind(DiagnoseScene(scene), "never_matched");
 }
 
-// The clock that most views have is the right one, the first view's or not.
-TEST(Doctor, ALateClockIsNamed) {
+// The clock of most views is the reference, even if the first view's clock
+// differs.
+TEST(Doctor, LateClockIsReported) {
   FaultySceneOptions third = {15};
   third.clock_offset_s = {0.0, 0.0, 0.06, 0.0, 0.0};
   FaultySceneOptions first = {16, 4};
@@ -307,7 +311,7 @@ TEST(Doctor, ALateClockIsNamed) {
   }
 }
 
-TEST(Doctor, RepeatedPicturesAreCounted) {
+TEST(Doctor, RepeatedImagesAreCounted) {
   FaultyScene scene = MakeFaultyScene({16, 5, 4, 4.0});
   for (size_t k = 20; k < 40; k += 5) {
     scene.detections.frames[k].views[1].detections =
@@ -319,8 +323,8 @@ TEST(Doctor, RepeatedPicturesAreCounted) {
   EXPECT_NE(frames.evidence.find("4 of"), std::string::npos) << frames.evidence;
 }
 
-// A recorder that loses two images numbers the others consecutively.
-TEST(Doctor, LostPicturesAreNamed) {
+// A recorder that loses two images numbers the remaining images consecutively.
+TEST(Doctor, LostImagesAreReported) {
   FaultyScene scene = MakeFaultyScene({17});
   auto& frames = scene.detections.frames;
   for (size_t k = 120; k < frames.size(); ++k) {
@@ -331,7 +335,7 @@ TEST(Doctor, LostPicturesAreNamed) {
   }
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const Finding lost = FoundKind(diagnosis, "frames", scene.cameras[3].name());
-  EXPECT_EQ(lost.evidence.rfind("2 pictures are missing before", 0), 0u)
+  EXPECT_EQ(lost.evidence.rfind("2 images are missing before", 0), 0u)
       << lost.evidence;
   EXPECT_LT(lost.after_px, lost.before_px);
   // With the lost frames restored there are no other findings.
@@ -339,7 +343,7 @@ TEST(Doctor, LostPicturesAreNamed) {
 }
 
 // A camera is knocked in the middle of the recording.
-TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
+TEST(Doctor, CameraMovedDuringTheRecordingIsReported) {
   FaultyScene scene = MakeFaultyScene({18});
   constexpr size_t kFrom = 90;
   testing::TurnCameraFrom(kFrom, 2, 1.0, 5, &scene);
@@ -351,10 +355,10 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
       std::sscanf(turned.evidence.c_str(), "from about frame %lf on: ", &from),
       1)
       << turned.evidence;
-  // The agreement of a single frame is noisy; the boundary is that between two
-  // frames.
+  // The agreement of a single frame is noisy, so the frame is found only
+  // approximately.
   EXPECT_NEAR(from, static_cast<double>(kFrom), 3.0);
-  EXPECT_NE(turned.evidence.find("turned by 1.0"), std::string::npos)
+  EXPECT_NE(turned.evidence.find("rotated by 1.0"), std::string::npos)
       << turned.evidence;
   ExpectNoneBut(diagnosis, name);
   // The calibration is valid for the frames before it.
@@ -362,8 +366,9 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
             0.05);
 }
 
-// The reverse: it was calibrated after the recording.
-TEST(Doctor, ACameraThatMovedBeforeItsCalibrationIsNamed) {
+// The camera was calibrated after the recording, so the part before the move is
+// wrong.
+TEST(Doctor, CameraMovedBeforeCalibrationIsReported) {
   FaultyScene scene = MakeFaultyScene({19});
   testing::TurnCameraFrom(110, 1, 2.0, 6, &scene);
   scene.cameras[1] = testing::Turned(scene.cameras[1], 2.0, 6);
@@ -375,7 +380,7 @@ TEST(Doctor, ACameraThatMovedBeforeItsCalibrationIsNamed) {
   EXPECT_NE(turned.fix.find("--frames=0:1"), std::string::npos) << turned.fix;
 }
 
-TEST(Doctor, SecondsBetweenFramesAreNoMotion) {
+TEST(Doctor, LongFrameIntervalsAreReported) {
   FaultyScene scene = MakeFaultyScene({1, 5, 4, 2.0});
   for (DetectionFrame& frame : scene.detections.frames) {
     frame.time *= 1875;  // 25 Hz become a frame in 75 s

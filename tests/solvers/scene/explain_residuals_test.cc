@@ -1,5 +1,5 @@
-// Single wrong clocks and cameras, significant by the residuals of known
-// matches.
+// Tests that individual clocks and cameras with errors are identified from the
+// residuals of known matches.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,14 +30,14 @@ WalkersRoom WithChange(size_t view, const CameraChange& change) {
   return room;
 }
 
-// About the optical axis: no shift of the image does this.
+// Rotation about the optical axis, which a shift of the image cannot explain.
 CameraChange Roll(double rad) {
   CameraChange change = CameraChange::Zero();
   change[kRotationAt + 2] = rad;
   return change;
 }
 
-TEST(Residuals, OfASoundRoomTellNothing) {
+TEST(Residuals, NoFindingsWithoutFaults) {
   WalkersRoom room = NoisyRoom();
   const auto answer = AskResiduals(room.Matched());
   ASSERT_TRUE(answer.has_value());
@@ -48,7 +48,7 @@ TEST(Residuals, OfASoundRoomTellNothing) {
   }
 }
 
-TEST(Residuals, ALateViewIsTheOnlyOneThatIsLate) {
+TEST(Residuals, OnlyTheLateViewIsReported) {
   WalkersRoom room = NoisyRoom();
   // Reported 24 ms too early.
   for (size_t k = 0; k < 120; ++k) {
@@ -63,11 +63,12 @@ TEST(Residuals, ALateViewIsTheOnlyOneThatIsLate) {
   EXPECT_EQ(finding.fix, kRefineClocks);
   const auto at = finding.evidence.find('+');
   ASSERT_NE(at, std::string::npos) << finding.evidence;
-  // 1 px of noise is 5 ms of a walker at 1 m/s, over hundreds of stretches.
+  // 1 px of noise corresponds to 5 ms for a person walking at 1 m/s, averaged
+  // over hundreds of segments.
   EXPECT_NEAR(std::stod(finding.evidence.substr(at)), 24.0, 2.0);
 }
 
-TEST(Residuals, OfAPersonAtRestTellNothingOfClocks) {
+TEST(Residuals, PersonAtRestGivesNoClockFindings) {
   WalkersRoom room(120);
   room.input.detections = testing::SeenBy(room.cameras, 120, [](int) {
     return std::vector<Pose3d>{testing::WalkerOnARound(0)};
@@ -79,7 +80,7 @@ TEST(Residuals, OfAPersonAtRestTellNothingOfClocks) {
   EXPECT_THAT(AskResiduals(room.Matched())->findings, IsEmpty());
 }
 
-TEST(Residuals, ATurnedCameraIsTurnedBackAndTheOthersStay) {
+TEST(Residuals, OnlyTheRotatedCameraIsCorrected) {
   WalkersRoom room = WithChange(3, Roll(0.1));
   const CameraRig truth = NoisyRoom().cameras;
   const auto answer = AskResiduals(room.Matched());
@@ -89,15 +90,17 @@ TEST(Residuals, ATurnedCameraIsTurnedBackAndTheOthersStay) {
   EXPECT_EQ(answer->findings[0].fix, kUseCorrected);
   EXPECT_TRUE(answer->findings[0].significant);
   for (size_t v = 0; v < 4; ++v) {
-    // Joints lie about 100 px from the middle: 1 px turns by 1e-2, over 700 of
-    // them by 4e-4, of which the norm is 1.4 times as much.
+    // Joints lie about 100 px from the image centre, so 1 px of noise rotates
+    // by 1e-2 rad, and 700 joints by 4e-4; the norm of the matrix is 1.4 times
+    // as large.
     EXPECT_LT(((*answer->cameras)[v].R() - truth[v].R()).norm(),
               v == 3 ? 2e-3 : 1e-15);
   }
 }
 
-// Within three of the standard deviations that a calibration reports of itself.
-TEST(Residuals, WhatTheCalibrationReportsIsOnlyMentioned) {
+// Changes within three of the calibration's stated standard deviations are
+// insignificant.
+TEST(Residuals, ChangesWithinStatedUncertaintyAreInsignificant) {
   for (const double sigma : {0.02, 0.05}) {
     WalkersRoom room = WithChange(3, Roll(0.1));
     room.input.stated_sigma = NoChanges(4);
@@ -116,9 +119,9 @@ TEST(Residuals, WhatTheCalibrationReportsIsOnlyMentioned) {
   }
 }
 
-// A change no larger than a detector's bias, of which a person in one place
-// does not tell it.
-TEST(Residuals, ABiasOfTheDetectorIsNoCamera) {
+// A change no larger than a detector's bias, from which a person in one place
+// cannot distinguish it.
+TEST(Residuals, ChangeAsLargeAsDetectorBiasIsInsignificant) {
   WalkersRoom room(120);
   room.input.detections = testing::SeenBy(room.cameras, 120, [](int) {
     return std::vector<Pose3d>{testing::WalkerOnARound(0)};

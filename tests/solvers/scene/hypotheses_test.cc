@@ -1,5 +1,5 @@
-// Single hypotheses on exact detections. Complete diagnoses of noisy scenes:
-// doctor_test.cc.
+// Tests individual hypotheses on exact detections. For complete diagnoses of
+// noisy scenes, see doctor_test.cc.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,7 +43,7 @@ const Hypothesis& HypothesisOf(const std::string& name) {
   throw std::out_of_range(name);
 }
 
-// An empty answer if there is none.
+// The hypothesis's answer; empty if it has none.
 Answer AnswerOf(const std::string& name, const SetUp& set_up) {
   return HypothesisOf(name).ask(set_up).value_or(Answer());
 }
@@ -55,7 +55,7 @@ Answer AnswerFor(const std::string& name, const DoctorInput& input) {
   return AnswerOf(name, set_up);
 }
 
-TEST(Hypotheses, HaveNamesAndAscendingStages) {
+TEST(Hypotheses, HaveUniqueNamesAndAscendingStages) {
   std::set<std::string> names;
   Stage last = Stage::kFiles;
   for (const Hypothesis& one : Hypotheses()) {
@@ -69,7 +69,7 @@ TEST(Hypotheses, HaveNamesAndAscendingStages) {
 
 // ---- Files ----
 
-TEST(Hypotheses, PeopleAreNotFollowedOverLongGaps) {
+TEST(Hypotheses, LongGapsBetweenFramesAreReported) {
   for (const double gap_s : {0.04, 0.39, 0.41, 1.01}) {
     DoctorInput input = MoversOf(testing::RingOfCameras(2));
     for (DetectionFrame& frame : input.detections.frames) {
@@ -78,7 +78,7 @@ TEST(Hypotheses, PeopleAreNotFollowedOverLongGaps) {
     const Answer answer = AnswerFor("gaps between frames", input);
     ASSERT_EQ(answer.findings.size(), gap_s > 0.4 ? 1u : 0u) << gap_s;
     if (gap_s < 0.4) continue;
-    // Below a second other causes are not excluded.
+    // Gaps of less than a second may have other causes.
     EXPECT_EQ(answer.findings[0].confidence > 0.5, gap_s > 1.0) << gap_s;
     EXPECT_EQ(answer.findings[0].kind, "frame_rate");
     EXPECT_EQ(answer.findings[0].fix, "--set=input.independent_frames=true");
@@ -90,8 +90,8 @@ TEST(Hypotheses, PeopleAreNotFollowedOverLongGaps) {
   }
 }
 
-// 50 frames: two of 49 are equal to their predecessors.
-TEST(Hypotheses, RepeatedPicturesAreCountedByView) {
+// Two of the 49 frames after the first equal their predecessors.
+TEST(Hypotheses, RepeatedImagesAreCountedByView) {
   DoctorInput input = MoversOf(testing::RingOfCameras(3));
   auto& frames = input.detections.frames;
   EXPECT_THAT(AnswerFor("repeated pictures", input).findings, IsEmpty());
@@ -101,17 +101,18 @@ TEST(Hypotheses, RepeatedPicturesAreCountedByView) {
   const Answer answer = AnswerFor("repeated pictures", input);
   ASSERT_EQ(answer.findings.size(), 1u);
   EXPECT_EQ(answer.findings[0].camera, "cam1");
-  EXPECT_THAT(answer.findings[0].evidence,
-              StartsWith("2 of 49 pictures repeat the one before, the first in "
-                         "frame 10"));
-  // Motionless people are not reported as repeated pictures.
+  EXPECT_THAT(
+      answer.findings[0].evidence,
+      StartsWith(
+          "2 of 49 images repeat the previous one, the first in frame 10"));
+  // People at rest are not reported as repeated images.
   for (DetectionFrame& frame : frames) frame.views = frames[0].views;
   EXPECT_THAT(AnswerFor("repeated pictures", input).findings, IsEmpty());
 }
 
 // The frame numbers of the third view are too high by 30: it begins after the
 // others have ended.
-TEST(Hypotheses, ViewsWithoutACommonFrameBeginTogether) {
+TEST(Hypotheses, ViewsWithoutACommonFrameAreAligned) {
   DoctorInput input = MoversOf(testing::RingOfCameras(3));
   EXPECT_THAT(AnswerFor("frame ranges", input).findings, IsEmpty());
   const DetectionSequence right = input.detections;
@@ -142,9 +143,9 @@ TEST(Hypotheses, ViewsWithoutACommonFrameBeginTogether) {
 
 // ---- One calibration twice ----
 
-// The fourth view has the first view's camera, which fits its own detections
-// less well.
-TEST(Hypotheses, OfTwoViewsOfOneCalibrationTheOneThatAgreesLessIsNamed) {
+// One view has the camera of another view, with which its detections agree less
+// well.
+TEST(Hypotheses, DuplicateCalibrationIsReportedForTheLessAgreeingView) {
   DoctorInput input = MoversOf(testing::RingOfCameras(4));
   EXPECT_THAT(AnswerFor("one calibration twice", input).findings, IsEmpty());
   for (const auto& [right, wrong] :
@@ -173,8 +174,9 @@ DoctorInput StandersIn(double units_per_metre) {
   return input;
 }
 
-// A length in millimetres or centimetres that is read as metres gives giants.
-TEST(Hypotheses, TheUnitIsThatOfPeopleOfUsualHeight) {
+// Lengths in millimetres or centimetres that are read as metres make people
+// giants.
+TEST(Hypotheses, UnitFollowsFromPlausibleStature) {
   const std::vector<std::pair<double, std::string>> units = {{100.0, "cm"},
                                                              {1000.0, "mm"}};
   for (const auto& [per_metre, name] : units) {
@@ -196,13 +198,13 @@ TEST(Hypotheses, TheUnitIsThatOfPeopleOfUsualHeight) {
   }
 }
 
-TEST(Hypotheses, MetresAreSoundAndFewPeopleAreNotEnough) {
+TEST(Hypotheses, NoUnitFindingForMetresOrForFewStatures) {
   DoctorInput input = StandersIn(1.0);
   const Answer sound = AnswerFor("unit", input);
   EXPECT_THAT(sound.findings, IsEmpty());
   EXPECT_GT(sound.stature_m, 1.5);
   // Three frames, two sides of the body and three pairs of views give 18
-  // statures.
+  // statures, fewer than required.
   input.detections.frames.resize(3);
   const Answer few = AnswerFor("unit", input);
   EXPECT_THAT(few.findings, IsEmpty());
@@ -225,7 +227,7 @@ Answer AnswerAtSpeed(int count, const std::string& joint, double speed_mps) {
   return AnswerOf("people too fast", set_up);
 }
 
-TEST(Hypotheses, HipsFasterThanASprinterAreTooFast) {
+TEST(Hypotheses, HipsFasterThanASprinterAreReported) {
   const Answer fast = AnswerAtSpeed(20, "l_hip", 12.6);
   ASSERT_EQ(fast.findings.size(), 1u);
   EXPECT_EQ(fast.findings[0].kind, "frame_rate");
@@ -235,8 +237,8 @@ TEST(Hypotheses, HipsFasterThanASprinterAreTooFast) {
   EXPECT_THAT(AnswerAtSpeed(20, "l_wrist", 20.0).findings, IsEmpty());
 }
 
-// The limit is a fifth of the detections if there are many.
-TEST(Hypotheses, ViewsOfHardlyAnyMatchAreStrangers) {
+// The limit is a fifth of the detections if there are many detections.
+TEST(Hypotheses, ViewsWithHardlyAnyMatchesAreExcluded) {
   const DoctorInput input = MoversOf(testing::RingOfCameras(3));
   const DoctorOptions options;
   kinegraph::SetUp set_up(input,
@@ -248,12 +250,13 @@ TEST(Hypotheses, ViewsOfHardlyAnyMatchAreStrangers) {
   ASSERT_EQ(answer.findings.size(), 1u);
   EXPECT_EQ(answer.findings[0].camera, "cam2");
   EXPECT_EQ(answer.findings[0].fix, "--without_cameras=cam2");
-  EXPECT_THAT(answer.findings[0].evidence, StartsWith("19 of 100 people"));
+  EXPECT_THAT(answer.findings[0].evidence,
+              StartsWith("its detections are matched in 19 of 100 cases"));
 }
 
 // ---- Words and helpers ----
 
-TEST(Hypotheses, ConfidenceIsSharedByThoseThatFitEqually) {
+TEST(Hypotheses, EqualFindingsShareTheConfidence) {
   EXPECT_DOUBLE_EQ(Shared(1.0, 1), 0.95);
   EXPECT_DOUBLE_EQ(Shared(0.9, 2), 0.45);
   const Answer said = AnswerWith({"unit", "cam1", 0.5, 1.0, 2.0, "a", "b"});
@@ -263,7 +266,7 @@ TEST(Hypotheses, ConfidenceIsSharedByThoseThatFitEqually) {
   EXPECT_FALSE(said.detections.has_value());
 }
 
-TEST(Hypotheses, SidesThatAreExchangedTwiceAreAsBefore) {
+TEST(Hypotheses, ExchangingSidesTwiceRestoresThem) {
   const DetectionSequence before =
       MoversOf(testing::RingOfCameras(2)).detections;
   DetectionSequence after = before;
@@ -281,7 +284,7 @@ TEST(Hypotheses, SidesThatAreExchangedTwiceAreAsBefore) {
   }
 }
 
-TEST(Hypotheses, ImagesHaveTheirSizeOrTwiceTheirMiddle) {
+TEST(Hypotheses, ImageSizeFallsBackToTwiceThePrincipalPoint) {
   const Camera camera = testing::RingOfCameras(1).front();
   EXPECT_EQ(ImageWidth(camera), 1920.0);
   EXPECT_EQ(ImageHeight(camera), 1080.0);

@@ -1,5 +1,4 @@
-// Alternative interpretations of files, images and clocks: the answer of each
-// hypothesis.
+// Tests the answers of the hypotheses about files, images and clocks.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,19 +31,19 @@ FaultyScene ShortScene(uint64_t seed) {
   return MakeFaultyScene({seed, 4, 4, 4.0});
 }
 
-// A file written under another convention, read as world to camera.
-TEST(Readings, ConventionsAreNamed) {
+// Files written in another convention are read as world to camera.
+TEST(Readings, PoseConventionsAreIdentified) {
   using Stated = std::function<Camera(const Camera&)>;
   const auto pose = testing::WithExtrinsics;
   const Eigen::Vector3d signs(1.0, -1.0, -1.0);
   const std::vector<std::pair<std::string, Stated>> conventions = {
       {"camera to world",
        [=](const Camera& c) { return pose(c, c.R().transpose(), c.centre()); }},
-      {"the translation is the camera's place in the world",
+      {"the translation is the camera's position in the world",
        [=](const Camera& c) { return pose(c, c.R(), c.centre()); }},
-      {"the camera's place is a translation",
+      {"the camera's position is a translation",
        [=](const Camera& c) { return pose(c, c.R(), -(c.R() * c.t())); }},
-      {"rows of the rotation are columns",
+      {"the rotation is transposed",
        [=](const Camera& c) { return pose(c, c.R().transpose(), c.t()); }},
       {"the camera's y points up and its z backwards", [=](const Camera& c) {
          return pose(c, signs.asDiagonal() * c.R(), signs.asDiagonal() * c.t());
@@ -66,7 +65,7 @@ TEST(Readings, ConventionsAreNamed) {
   }
 }
 
-TEST(Readings, ExchangedViewsAreNamed) {
+TEST(Readings, ExchangedViewsAreIdentified) {
   FaultyScene scene = ShortScene(3);
   std::swap(scene.cameras[1], scene.cameras[3]);
   const auto answer = AnswerTo(scene);
@@ -78,10 +77,10 @@ TEST(Readings, ExchangedViewsAreNamed) {
                                               scene.cameras[1].name() + "'");
 }
 
-// Images turned and mirrored before detection, in all combinations. The
-// returned camera, lens included, projects to the detector's pixels, or to
-// those after the flag has mirrored them back.
-TEST(Readings, TurnedAndMirroredImagesAreNamed) {
+// Images rotated and mirrored before detection, in all combinations. The
+// returned camera, including its lens, must project to the detector's pixels,
+// after the flag has mirrored them back if needed.
+TEST(Readings, RotatedAndMirroredImagesAreIdentified) {
   FaultySceneOptions options = {4, 4, 4, 4.0};
   options.distortion = {-0.1, 0.02, 0.004, -0.003, 0.0};
   const FaultyScene taken = MakeFaultyScene(options);
@@ -92,7 +91,7 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
   struct Image {
     std::string words;
     Map turned;
-    std::string mirror;  // of the key
+    std::string mirror;  // value of the key
   };
   const Map as_taken = [](const auto& p) { return p; };
   const Map clockwise = [=](const auto& p) {
@@ -106,15 +105,15 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
   };
   const auto of_width = [](double width) { return MirrorText('x', width); };
   const std::vector<Image> images = {
-      {"were turned by 90 degrees clockwise;", clockwise, ""},
-      {"were turned by 180 degrees;", half, ""},
-      {"were turned by 90 degrees anticlockwise;", anticlockwise, ""},
+      {"were rotated by 90 degrees clockwise;", clockwise, ""},
+      {"were rotated by 180 degrees;", half, ""},
+      {"were rotated by 90 degrees anticlockwise;", anticlockwise, ""},
       {"the images were mirrored;", as_taken, of_width(right)},
       {"y counts from the bottom of the images;", as_taken,
        MirrorText('y', bottom)},
-      {"were turned by 90 degrees clockwise and mirrored;", clockwise,
+      {"were rotated by 90 degrees clockwise and mirrored;", clockwise,
        of_width(bottom)},
-      {"were turned by 90 degrees anticlockwise and mirrored;", anticlockwise,
+      {"were rotated by 90 degrees anticlockwise and mirrored;", anticlockwise,
        of_width(bottom)}};
   const std::string& view = taken.detections.header.view_names[2];
   for (const auto& [words, turned, mirror] : images) {
@@ -141,7 +140,7 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
                        "'") != std::string::npos,
               !mirror.empty())
         << fix;
-    // The flag mirrors the detections back, which leaves the rotation.
+    // The flag mirrors the detections back, so that only the rotation remains.
     if (!mirror.empty()) {
       const auto& people = answer->detections->frames[0].views[2].detections;
       const auto& own = taken.detections.frames[0].views[2].detections;
@@ -169,17 +168,17 @@ TEST(ClockSearch, FindsLagsOfSeconds) {
   const std::vector<ViewPeople> people = PeopleOfViews(scene.detections);
   const ClockSearch search = SearchClocks(scene.cameras, people, 100);
   ASSERT_TRUE(search.found());
-  // A view that captures 0.96 s later shows the first view's moment 24 frames
-  // earlier. Later stages correct an error of one frame.
+  // A view that captures 0.96 s later shows the same instant as the first view
+  // 24 frames earlier. Later stages correct an error of one frame.
   EXPECT_NEAR(search.lag_frames[1], -24, 1);
   EXPECT_NEAR(search.lag_frames[2], 0, 1);
   EXPECT_NEAR(search.lag_frames[3], 20, 1);
   EXPECT_GT(search.all.gain(), 0.0);
 }
 
-// With many views each is compared with eight; lags, and exchanged cameras, are
-// still found through intermediate views.
-TEST(ComparedPairs, OfManyViewsEachMeetsEight) {
+// Of many views, each is compared with eight others; lags and exchanged cameras
+// are still found through intermediate views.
+TEST(ComparedPairs, EachOfManyViewsIsComparedWithEight) {
   for (const size_t views : {2u, 9u, 10u, 13u, 32u}) {
     std::vector<int> met(views, 0);
     for (const auto& [a, b] : ComparedPairs(views)) {
@@ -205,9 +204,9 @@ TEST(ComparedPairs, OfManyViewsEachMeetsEight) {
   EXPECT_EQ(answer->findings.front().kind, "swapped_views");
 }
 
-// 120 ms of one view hardly change the agreement of all views, but are too much
-// for segments of 0.2 s.
-TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
+// An offset of 120 ms in one view hardly changes the agreement of all views,
+// but is too large for segments of 0.2 s.
+TEST(ClockSearch, FindsOneOfFiveViewsLateByThreeFrames) {
   for (const uint64_t seed : {31, 32, 33}) {
     for (const size_t view : {0, 3}) {
       FaultySceneOptions options = {seed};
@@ -218,7 +217,7 @@ TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
       const ClockSearch search = SearchClocks(scene.cameras, people, 250);
       for (size_t v = 0; v < 5; ++v) {
         const int lag = (v == view ? -3 : 0) - (view == 0 ? -3 : 0);
-        // A frame either way is left to later stages.
+        // An error of one frame is left to later stages.
         EXPECT_NEAR(search.lag_frames[v], lag, v == view || view == 0 ? 1 : 0)
             << "seed " << seed << ", view " << view << ", lag of " << v;
       }
@@ -226,8 +225,8 @@ TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
   }
 }
 
-// With few comparisons some of many lags agree better by chance.
-TEST(ClockSearch, FewNoisyPeopleProveNoLag) {
+// With few comparisons, some of the many lags agree better by chance.
+TEST(ClockSearch, NoLagIsFoundForFewNoisyPeople) {
   FaultySceneOptions options = {1, 2, 1, 2.0};
   options.noise_px = 20.0;
   for (options.seed = 1; options.seed <= 12; ++options.seed) {

@@ -1,5 +1,5 @@
-// The agreement of views, in closed form for two cameras side by side, whose
-// epipolar lines are the rows of their images.
+// Tests the agreement of views, in closed form for two cameras side by side,
+// whose epipolar lines are the rows of their images.
 #include "solvers/scene/view_agreement.h"
 
 #include <gmock/gmock.h>
@@ -25,8 +25,9 @@ using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// Sums of a few dozen products of pixels, about 1e3, give gains of order 1 with
-// a rounding error of 1e-12; a hundred times that.
+// Gains of order 1 are computed from sums of a few dozen products of pixels,
+// about 1e3, with a rounding error of 1e-12; the tolerance is a hundred times
+// that.
 constexpr double kRoundingOfGains = 1e-10;
 
 // The second camera is 1 m to the right of the first.
@@ -56,7 +57,7 @@ ViewPeople::Person PersonAt(double x_px, double y_px) {
   return person;
 }
 
-// In the right view a person at 5 m is 200 px further left.
+// The person in the right view; at 5 m, 200 px further left.
 ViewPeople::Person SeenRight(const ViewPeople::Person& person, double down_px,
                              double left_px = 200.0) {
   ViewPeople::Person seen = person;
@@ -85,7 +86,7 @@ PairAgreement AgreementSideBySide(const PeopleInView& left,
 // Joints in rows that differ by d are at distance d from each other's epipolar
 // lines: the gain is 1 minus d over a tenth of the person's size, and the
 // distance is d, at most that tenth.
-TEST(PairAgreement, FallsWithTheDistanceFromTheLines) {
+TEST(PairAgreement, DecreasesWithEpipolarDistance) {
   const ViewPeople::Person person = PersonAt(900.0, 500.0);
   for (const double d_px : {0.0, 1.0, 2.5, 4.9, 5.0, 7.0, -1.0, -60.0}) {
     const PairAgreement one =
@@ -98,8 +99,9 @@ TEST(PairAgreement, FallsWithTheDistanceFromTheLines) {
   }
 }
 
-// The mean of the distances relative to the person's size in either view.
-TEST(PairAgreement, SizesOfBothViewsCount) {
+// The gain uses the mean of the distances relative to the person's size in each
+// view.
+TEST(PairAgreement, UsesPersonSizesOfBothViews) {
   const ViewPeople::Person person = PersonAt(900.0, 500.0);
   ViewPeople::Person larger = SeenRight(person, 2.0);
   larger.size_px = 2.0 * kPersonPx;
@@ -109,14 +111,14 @@ TEST(PairAgreement, SizesOfBothViewsCount) {
               kRoundingOfGains);
 }
 
-TEST(PairAgreement, IsTheMeanOfCommonJoints) {
+TEST(PairAgreement, IsTheMeanOverCommonJoints) {
   const ViewPeople::Person person = PersonAt(900.0, 500.0);
   ViewPeople::Person other = SeenRight(person, 0.0);
   // Three of twelve joints are far off.
   for (const int j : {1, 4, 6}) other.px[j].y() += 300.0;
   EXPECT_NEAR(AgreementSideBySide({person}, {other}).gain, 0.75,
               kRoundingOfGains);
-  // Two of these are not found: one outlier of ten joints.
+  // Two of these are not found, which leaves one outlier among ten joints.
   other.found[1] = other.found[6] = 0;
   EXPECT_NEAR(AgreementSideBySide({person}, {other}).gain, 0.9,
               kRoundingOfGains);
@@ -136,7 +138,7 @@ TEST(PairAgreement, NeedsSixCommonJoints) {
 }
 
 // A person further right in the right view is behind both cameras.
-TEST(PairAgreement, WhoIsBehindTheCamerasGainsNothing) {
+TEST(PairAgreement, PeopleBehindTheCamerasGainNothing) {
   const ViewPeople::Person person = PersonAt(900.0, 500.0);
   const PairAgreement behind =
       AgreementSideBySide({person}, {SeenRight(person, 0.0, -200.0)});
@@ -145,7 +147,7 @@ TEST(PairAgreement, WhoIsBehindTheCamerasGainsNothing) {
   EXPECT_NEAR(behind.mean_px(), 0.1 * kPersonPx, kRoundingOfGains);
 }
 
-TEST(PairAgreement, CamerasInOnePlaceAgreeOnNothing) {
+TEST(PairAgreement, CoincidentCamerasGainNothing) {
   const CameraRig cameras = SideBySide();
   const ViewPeople view = ViewOf({{PersonAt(900.0, 500.0)}});
   const PairAgreement one =
@@ -166,7 +168,7 @@ TEST(PairAgreement, IsZeroWithoutPeople) {
 // The best pair is matched first: the first person is 1 px from the middle one
 // and 3 px from the last; the second is 2 px from the middle one, which is
 // already matched, and 4 px from the last.
-TEST(PairAgreement, MatchesPeopleOnceTheBestPairFirst) {
+TEST(PairAgreement, MatchesEachPersonOnceBestPairsFirst) {
   const ViewPeople::Person first = PersonAt(900.0, 500.0);
   const ViewPeople::Person second = PersonAt(940.0, 499.0);
   const PeopleInView left = {first, second};
@@ -183,7 +185,7 @@ TEST(PairAgreement, MatchesPeopleOnceTheBestPairFirst) {
   }
 }
 
-TEST(PairAgreement, IsTheSameFromBothSides) {
+TEST(PairAgreement, IsSymmetricInTheViews) {
   const CameraRig cameras = SideBySide();
   const ViewPeople::Person person = PersonAt(900.0, 500.0);
   const ViewPeople left = ViewOf({{person, PersonAt(400.0, 300.0)}});
@@ -196,9 +198,9 @@ TEST(PairAgreement, IsTheSameFromBothSides) {
   EXPECT_NEAR(one.gain, other.gain, kRoundingOfGains);
 }
 
-// The person moves down by 3 px a frame, in the right view two frames later: at
-// any other lag rows differ by 3 px per frame.
-TEST(PairAgreement, LagsCompareFrameWithLaterFrame) {
+// The person moves down by 3 px per frame, two frames later in the right view.
+// At other lags, rows differ by 3 px per frame of difference.
+TEST(PairAgreement, LagsShiftTheSecondView) {
   const CameraRig cameras = SideBySide();
   std::vector<PeopleInView> left;
   std::vector<PeopleInView> right;
@@ -211,7 +213,7 @@ TEST(PairAgreement, LagsCompareFrameWithLaterFrame) {
   const auto at = AgreementsOf(cameras[0], ViewOf(left), cameras[1],
                                ViewOf(right), frames, lags);
   ASSERT_EQ(at.size(), 5u);
-  // As many frames as both have.
+  // All frames that exist in both views are compared.
   for (size_t i = 0; i < lags.size(); ++i) {
     EXPECT_EQ(at[i].possible, std::max(0, 10 - std::abs(lags[i])));
   }
@@ -219,7 +221,7 @@ TEST(PairAgreement, LagsCompareFrameWithLaterFrame) {
   EXPECT_NEAR(at[2].score(), 1.0, kRoundingOfGains);
   EXPECT_NEAR(at[3].score(), 1.0 - 3.0 / 5.0, kRoundingOfGains);
   EXPECT_EQ(at[0].score(), 0.0);
-  // Single lags give the same.
+  // Single lags give the same result.
   for (size_t i = 0; i < lags.size(); ++i) {
     const PairAgreement one = AgreementOf(cameras[0], ViewOf(left), cameras[1],
                                           ViewOf(right), frames, lags[i]);
@@ -228,15 +230,16 @@ TEST(PairAgreement, LagsCompareFrameWithLaterFrame) {
   }
 }
 
-TEST(PairAgreement, AddsUp) {
+TEST(PairAgreement, AddSumsAllFields) {
   PairAgreement sum = {1.5, 2.0, 6.0};
   sum.Add({0.3, 1.0, 3.0});
   EXPECT_DOUBLE_EQ(sum.score(), 0.6);
   EXPECT_DOUBLE_EQ(sum.mean_px(), 3.0);
 }
 
-// A gain of 0.08 and a score of 0.3 are required; 0.15 and 0.5 are certain.
-TEST(AgreementGain, IsEnoughByGainAndScore) {
+// A gain of 0.08 and a score of 0.3 are required; 0.15 and 0.5 give the full
+// confidence.
+TEST(AgreementGain, IsEnoughDependsOnGainAndScore) {
   AgreementGain gain;
   gain.before = {0.5, 1.0, 0.0};
   gain.after = {0.57, 1.0, 0.0};
@@ -256,7 +259,7 @@ TEST(AgreementGain, IsEnoughByGainAndScore) {
 
 // ---- All views ----
 
-// People with errors of a few pixels, so that no value is at a bound.
+// People with errors of a few pixels, so that no value is at a limit.
 DetectionSequence NoisyPeople(const CameraRig& cameras) {
   DetectionSequence seen = testing::SeenBy(cameras, 10, [](int frame) {
     return std::vector<Pose3d>{testing::MovingPerson(0, 5.0 * frame),
@@ -278,7 +281,7 @@ DetectionSequence NoisyPeople(const CameraRig& cameras) {
 
 const std::vector<int> kTenFrames = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
 
-TEST(AgreementOfAll, DoesNotDependOnWorldOrOrderOfPeopleAndViews) {
+TEST(AgreementOfAll, InvariantToWorldFrameAndOrderOfPeopleAndViews) {
   CameraRig cameras = testing::RingOfCameras(3);
   DetectionSequence seen = NoisyPeople(cameras);
   const PairAgreement before =
@@ -298,7 +301,7 @@ TEST(AgreementOfAll, DoesNotDependOnWorldOrOrderOfPeopleAndViews) {
   const PairAgreement after =
       AgreementOfAll(cameras, IdealPeople(seen, cameras), kTenFrames);
   EXPECT_EQ(after.possible, before.possible);
-  // 60 people of 500 px at most.
+  // 60 people, of 500 px at most.
   EXPECT_NEAR(after.gain, before.gain, 60.0 * kRoundingOfGains);
   EXPECT_NEAR(after.distance_px, before.distance_px,
               60.0 * 500.0 * kRoundingOfGains);
@@ -314,7 +317,7 @@ TEST(AgreementOfAll, DoesNotDependOnWorldOrOrderOfPeopleAndViews) {
   EXPECT_NEAR(turned.gain, before.gain, 60.0 * kRoundingOfGains);
 }
 
-TEST(ComparisonsOfAll, IsTheSumOfTheProductsOfPeople) {
+TEST(ComparisonsOfAll, IsTheSumOfProductsOfPeopleCounts) {
   const ViewPeople::Person one = PersonAt(900.0, 500.0);
   const std::vector<ViewPeople> views = {ViewOf({{one, one}, {one}}),
                                          ViewOf({{one, one, one}, {}}),
@@ -327,7 +330,7 @@ TEST(ComparisonsOfAll, IsTheSumOfTheProductsOfPeople) {
 
 // ---- Which people and frames ----
 
-TEST(PeopleOfViews, TakesSixJointsThatAreSure) {
+TEST(PeopleOfViews, RequiresSixConfidentJoints) {
   const CameraRig cameras = testing::RingOfCameras(1);
   const auto person = [](int) {
     return std::vector<Pose3d>(3, testing::StandingPerson(0.0, 0.0));
@@ -339,7 +342,7 @@ TEST(PeopleOfViews, TakesSixJointsThatAreSure) {
     // confident.
     detections[0].joints[j].confidence = 0.29;
     detections[1].joints[j].found = false;
-    // All of the third lie at one point.
+    // All joints of the third lie at one point.
     detections[2].joints[j].px = detections[2].joints[0].px;
   }
   detections[1].joints[5].found = false;
@@ -354,11 +357,11 @@ TEST(PeopleOfViews, TakesSixJointsThatAreSure) {
   const ViewPeople::Person& first = views[0].frames[0][0];
   EXPECT_EQ(std::count(first.found.begin(), first.found.end(), 1), 6);
   EXPECT_EQ(first.px[2], Eigen::Vector2d(106.0, 208.0));
-  // Legs of 15 and 20.
+  // The box is 15 by 20 px.
   EXPECT_EQ(first.size_px, 25.0);
 }
 
-TEST(PeopleOfViews, OfACrowdTakesTheHundredOfMostJoints) {
+TEST(PeopleOfViews, KeepsTheHundredPeopleWithMostJoints) {
   const CameraRig cameras = testing::RingOfCameras(1);
   const auto crowd = [](int) {
     return std::vector<Pose3d>(103, testing::StandingPerson(0.0, 0.0));
@@ -374,7 +377,7 @@ TEST(PeopleOfViews, OfACrowdTakesTheHundredOfMostJoints) {
   }
 }
 
-TEST(IdealPeople, AreThoseOfThePinhole) {
+TEST(IdealPeople, EqualPinholeProjections) {
   const auto person = [](int) {
     return std::vector<Pose3d>{testing::StandingPerson(0.3, -0.2)};
   };
@@ -389,12 +392,12 @@ TEST(IdealPeople, AreThoseOfThePinhole) {
   for (size_t j = 0; j < one.px.size(); ++j) {
     EXPECT_EQ(one.found[j], 1);
     // The lens is inverted to 1e-13 of a focal length of 1000 px; a hundred
-    // times that for its slope and for roundings.
+    // times that covers the slope of the distortion and rounding.
     EXPECT_LT((one.px[j] - other.px[j]).norm(), 1e-8);
   }
 }
 
-TEST(Frames, EvenlySpacedOnesBeginWithTheFirst) {
+TEST(Frames, EvenSelectionBeginsWithTheFirst) {
   EXPECT_THAT(Evenly(kTenFrames, 4), ElementsAre(0, 2, 5, 7));
   EXPECT_THAT(Evenly(kTenFrames, 1), ElementsAre(0));
   EXPECT_THAT(Evenly({3, 8}, 2), ElementsAre(3, 8));
@@ -403,7 +406,7 @@ TEST(Frames, EvenlySpacedOnesBeginWithTheFirst) {
   EXPECT_THAT(Evenly({}, 3), IsEmpty());
 }
 
-TEST(Frames, AreTakenFoundAndMoved) {
+TEST(Frames, AreSelectedFoundAndShifted) {
   const CameraRig cameras = testing::RingOfCameras(2);
   DetectionSequence seen = NoisyPeople(cameras);
   for (DetectionFrame& frame : seen.frames) frame.frame = 100 + 3 * frame.frame;
@@ -434,7 +437,7 @@ TEST(Frames, AreTakenFoundAndMoved) {
   }
 }
 
-TEST(FramesToLookAt, AreThoseInWhichTwoViewsSeePeople) {
+TEST(FramesToLookAt, AreFramesWithPeopleInTwoViews) {
   const ViewPeople::Person one = PersonAt(900.0, 500.0);
   const std::vector<ViewPeople> views = {
       ViewOf({{one}, {one}, {}, {one}, {}, {}}),
@@ -446,9 +449,10 @@ TEST(FramesToLookAt, AreThoseInWhichTwoViewsSeePeople) {
   EXPECT_THAT(FramesToLookAt({views[0]}, 10), IsEmpty());
 }
 
-// 40 x 50 = 2000 comparisons a frame and a limit of four million: 2000 frames
-// without repetition, four frames at 500 repetitions; at least two frames.
-TEST(FramesToLookAt, AreFewWhereThereAreCrowds) {
+// 40 x 50 = 2000 comparisons per frame and a limit of four million permit 2000
+// frames without repetition and four frames with 500 repetitions; at least two
+// frames are used.
+TEST(FramesToLookAt, AreFewForCrowds) {
   const ViewPeople::Person one = PersonAt(900.0, 500.0);
   const std::vector<ViewPeople> views = {
       ViewOf(std::vector<PeopleInView>(20, PeopleInView(40, one))),
@@ -460,7 +464,7 @@ TEST(FramesToLookAt, AreFewWhereThereAreCrowds) {
 
 // ---- People in 3D ----
 
-TEST(PlacePeople, ExactJointsAreWhereTheyAre) {
+TEST(PlacePeople, RecoversExactJoints) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const auto people = [](int frame) {
     return std::vector<Pose3d>{testing::MovingPerson(0, 5.0 * frame),
@@ -485,14 +489,15 @@ TEST(PlacePeople, ExactJointsAreWhereTheyAre) {
           !(person.frame == 1 && person.view_b == 2 && who == 0 && j == 9);
       ASSERT_EQ(person.joints[j].has_value(), seen_by_both) << j;
       if (!seen_by_both) continue;
-      // Pixels of about 1000 round to 1e-13; rays of 5 m at 60 degrees.
+      // Pixels of about 1000 are rounded to 1e-13; rays are 5 m long and meet
+      // at 60 degrees.
       EXPECT_LT((*person.joints[j] - truth[who][j].position_m).norm(), 1e-9);
     }
   }
 }
 
 // The rays of cameras 0.05 m apart to a person at 5 m enclose 0.01 rad.
-TEST(PlacePeople, FlatRaysPlaceNobody) {
+TEST(PlacePeople, NearlyParallelRaysPlaceNobody) {
   CameraRig cameras = SideBySide();
   cameras[1] = Edited(cameras[1],
                       [](CameraParameters* camera) { camera->t.x() = -0.05; });
@@ -507,7 +512,7 @@ TEST(PlacePeople, FlatRaysPlaceNobody) {
 // Vectors [m]: shoulder to hip 0.08 and 0.5, hip to knee 0.01, 0.03 and 0.42,
 // knee to ankle 0.03 and 0.41. The sum of their lengths is 0.779 of the
 // stature.
-TEST(StatureOf, IsThatOfTheBones) {
+TEST(StatureOf, FollowsFromBoneLengths) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const auto person = [](int frame) {
     return std::vector<Pose3d>{testing::StandingPerson(0.1 * frame, 0.0)};
@@ -519,12 +524,12 @@ TEST(StatureOf, IsThatOfTheBones) {
   EXPECT_NEAR(stature.median_m, bones_m / kAnkleToShoulderShare, 1e-9);
   // Two sides of the body, three pairs of views and four frames.
   EXPECT_EQ(stature.count, 24);
-  // In a world in feet the stature is in feet.
+  // If lengths are in feet, the stature is in feet.
   const Stature feet = StatureOf(Rescaled(cameras, 1.0 / 0.3048), seen, 100);
   EXPECT_NEAR(feet.median_m, stature.median_m / 0.3048, 1e-9);
 }
 
-TEST(StatureOf, NobodyAndNoHumanHaveNone) {
+TEST(StatureOf, IsUnknownWithoutHumans) {
   const CameraRig cameras = testing::RingOfCameras(3);
   const auto nobody = [](int) { return std::vector<Pose3d>(); };
   DetectionSequence seen = testing::SeenBy(cameras, 4, nobody);
@@ -540,7 +545,7 @@ TEST(StatureOf, NobodyAndNoHumanHaveNone) {
   EXPECT_EQ(StatureOf(cameras, seen, 100).count, 0);
 }
 
-TEST(PlaceOf, IsAmongTheComparedJoints) {
+TEST(PlaceOf, IndexesTheComparedJoints) {
   for (const char* name : {"nose", "l_wrist", "r_ankle"}) {
     EXPECT_EQ(PlaceOf(Coco17(), name), Coco17().IndexOf(name));
     const int place = PlaceOf(Body25(), name);

@@ -36,12 +36,12 @@ void ExpectOnly(const Diagnosis& diagnosis, const std::string& kind,
   EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kSuspect);
 }
 
-TEST(ViewChecks, AViewOfAnotherRateIsNamed) {
+TEST(ViewChecks, ViewWithAnotherFrameRateIsReported) {
   for (const size_t view : {0u, 2u}) {
     FaultyScene scene = FourViews(3);
     auto& frames = scene.detections.frames;
-    // At 50 Hz every second image is one of 25 Hz, and the others are nearly
-    // equal to their predecessors.
+    // At 50 Hz every second image equals an image at 25 Hz, and the others are
+    // nearly equal to their predecessors.
     std::vector<ViewDetections> own;
     for (const DetectionFrame& frame : frames) own.push_back(frame.views[view]);
     for (size_t k = 0; k < frames.size(); ++k) {
@@ -59,9 +59,9 @@ TEST(ViewChecks, AViewOfAnotherRateIsNamed) {
   }
 }
 
-// One view contains every second picture, and its frame numbers begin with
-// those of the others, at the same moment.
-TEST(ViewChecks, AViewOfAnotherRateMayBeginAnywhere) {
+// One view contains every second image, and the first frames of all views have
+// the same number and time.
+TEST(ViewChecks, ViewWithAnotherFrameRateMayBeginAtAnyNumber) {
   FaultyScene scene = FourViews(3);
   auto& frames = scene.detections.frames;
   std::vector<ViewDetections> own;
@@ -74,9 +74,9 @@ TEST(ViewChecks, AViewOfAnotherRateMayBeginAnywhere) {
   }
   const Diagnosis diagnosis = DiagnoseScene(scene);
   ExpectOnly(diagnosis, "view_rate", scene.cameras[1].name());
-  // (101 + n - offset) / 12.5 = (101 + k) / 25 at 2 n = k has no integer
-  // offset, as the key requires; therefore the numbers of all views are shifted
-  // to begin at 0.
+  // (101 + n - offset) / 12.5 = (101 + k) / 25 for 2 n = k has no integer
+  // solution, as the key requires, so the numbers of all views are shifted to
+  // begin at 0.
   std::string keys;
   for (const std::string& name : scene.detections.header.view_names) {
     keys += ";input.view_frame_offset." + name + "=101";
@@ -86,7 +86,7 @@ TEST(ViewChecks, AViewOfAnotherRateMayBeginAnywhere) {
                 scene.detections.header.view_names[1] + "=12.5" + keys + "'");
 }
 
-TEST(ViewChecks, ViewsWithoutACommonFrameAreNamed) {
+TEST(ViewChecks, ViewsWithoutACommonFrameAreReported) {
   FaultyScene scene = FourViews(4);
   DetectionSequence apart;
   apart.header = scene.detections.header;
@@ -109,10 +109,10 @@ TEST(ViewChecks, ViewsWithoutACommonFrameAreNamed) {
   EXPECT_EQ(diagnosis.findings[1].camera, scene.cameras[3].name());
 }
 
-// All images have y counted from the bottom, and the cameras fit them: a mirror
-// image of the world in which all views agree. With left and right exchanged
-// instead, people stay upright.
-TEST(ViewChecks, AMirrorImageOfTheRoomIsNamed) {
+// All images have y counted from the bottom, and the cameras fit them, so that
+// all views agree in a mirror image of the world. If left and right were
+// exchanged instead, people would be upright in the images.
+TEST(ViewChecks, MirrorImageOfTheRoomIsReported) {
   FaultyScene scene = FourViews(3);
   const Eigen::DiagonalMatrix<double, 3> flip(1.0, -1.0, 1.0);
   const Eigen::DiagonalMatrix<double, 3> mirror(1.0, 1.0, -1.0);
@@ -137,7 +137,7 @@ TEST(ViewChecks, AMirrorImageOfTheRoomIsNamed) {
   }
 }
 
-TEST(ViewChecks, ExchangedSidesAreNamed) {
+TEST(ViewChecks, ExchangedSidesAreReported) {
   FaultyScene scene = FourViews(5);
   ExchangeSides({0, 0, 1, 0}, &scene.detections);
   ExpectOnly(DiagnoseScene(scene), "sides", scene.cameras[2].name());
@@ -146,7 +146,7 @@ TEST(ViewChecks, ExchangedSidesAreNamed) {
   ExpectOnly(DiagnoseScene(scene), "sides", "");
 }
 
-TEST(ViewChecks, AVideoOfAnotherSizeIsNamed) {
+TEST(ViewChecks, ScaledVideoIsReported) {
   for (const double scale : {0.5, 1.5}) {
     FaultyScene scene = FourViews(6);
     testing::ChangeJoints(&scene, 1, [&](Keypoint* joint) {
@@ -161,8 +161,9 @@ TEST(ViewChecks, AVideoOfAnotherSizeIsNamed) {
   }
 }
 
-// Two views do not triangulate people reliably: image sizes are tried directly.
-TEST(ViewChecks, ASizeOfTwoViewsIsNamed) {
+// With two views people cannot be triangulated reliably, so image sizes are
+// tried directly.
+TEST(ViewChecks, ScaledVideoOfTwoViewsIsReported) {
   FaultyScene scene = FourViews(6);
   scene.cameras.erase(scene.cameras.begin() + 2, scene.cameras.end());
   scene.detections.header.view_names.resize(2);
@@ -173,10 +174,11 @@ TEST(ViewChecks, ASizeOfTwoViewsIsNamed) {
   ExpectOnly(DiagnoseScene(scene), "image_size", scene.cameras[1].name());
 }
 
-// A shift of 60 of 1,920 pixels may be a cropped image or a rotated camera: it
-// is reported as a shift, and no clock is. Smaller shifts are not reported as
-// cropped, although a person walking in one direction appears late.
-TEST(ViewChecks, AnImageCroppedALittleIsShifted) {
+// A shift by 60 of 1,920 pixels may be due to cropping or to a rotated camera,
+// so it is reported as a shift, not as a clock error. A smaller shift is not
+// reported as a clock error either, although a person walking in one direction
+// appears late.
+TEST(ViewChecks, SlightlyCroppedImageIsReportedAsShift) {
   FaultyScene scene = FourViews(7);
   testing::ChangeJoints(&scene, 0,
                         [&](Keypoint* joint) { joint->px.x() -= 60.0; });
@@ -189,21 +191,22 @@ TEST(ViewChecks, AnImageCroppedALittleIsShifted) {
   }
 }
 
-TEST(ViewChecks, ACroppedVideoIsNamed) {
+TEST(ViewChecks, CroppedVideoIsReported) {
   FaultyScene scene = FourViews(7);
   const Eigen::Vector2d offset_px(220.0, 130.0);
   testing::ChangeJoints(&scene, 3,
                         [&](Keypoint* joint) { joint->px -= offset_px; });
   const Diagnosis diagnosis = DiagnoseScene(scene);
   ExpectOnly(diagnosis, "crop", scene.cameras[3].name());
-  // The median over people, whose joints are off by 2 px.
+  // The tolerance is the standard deviation of joints, 2 px.
   const Eigen::Matrix3d moved = scene.cameras[3].K() - diagnosis.cameras[3].K();
   EXPECT_NEAR(moved(0, 2), offset_px.x(), 2.0);
   EXPECT_NEAR(moved(1, 2), offset_px.y(), 2.0);
 }
 
-// A few images determine whether views agree, but not an error of one degree.
-TEST(ViewChecks, NobodyInTwoViewsAndAFewPicturesAreNotExamined) {
+// A few images suffice to determine whether views agree, but not to detect an
+// error of one degree.
+TEST(ViewChecks, RecordingsWithoutCommonPeopleOrWithFewImagesAreNotExamined) {
   FaultyScene alone = FourViews(8);
   for (DetectionFrame& frame : alone.detections.frames) {
     for (size_t v = 1; v < 4; ++v) frame.views[v].detections.clear();

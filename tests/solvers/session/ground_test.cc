@@ -11,8 +11,8 @@
 namespace kinegraph {
 namespace {
 
-// Exact people in a tilted and moved world: the floor is found.
-TEST(Ground, ATiltedWorldStandsUp) {
+// The floor is found for exact people in a tilted and displaced world.
+TEST(Ground, TiltedWorldIsLevelled) {
   SceneOptions options;
   options.seed = 31;
   options.people = 4;
@@ -38,8 +38,8 @@ TEST(Ground, ATiltedWorldStandsUp) {
   // stance, which tilts the plane by less than a degree.
   const Eigen::Vector3d up = ground->R * turn * Eigen::Vector3d::UnitZ();
   EXPECT_GT(up.z(), std::cos(0.02));
-  // Statures differ by 9 cm, so that ankles stand higher or lower by 4 mm, and
-  // a resting ankle rises with the heel.
+  // Statures have a standard deviation of 9 cm, so ankles differ in height by 4
+  // mm, and a resting ankle rises with the heel.
   EXPECT_NEAR((ground->R * moved + ground->t).z(), 0.0, 0.04);
   EXPECT_NEAR(ground->R.determinant(), 1.0, 1e-9);
   // Cameras moved with the world project to the same pixels.
@@ -59,7 +59,7 @@ TEST(Ground, ATiltedWorldStandsUp) {
   }
 }
 
-TEST(Ground, NobodyStandsOnNothing) {
+TEST(Ground, NoGroundWithoutPeople) {
   EXPECT_FALSE(GroundOf(TrackHeader(), {}).has_value());
 }
 

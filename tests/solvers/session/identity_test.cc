@@ -1,4 +1,4 @@
-// Identities in a run: linking, corrections, single frames.
+// Tests identities in a run: linking, corrections, unrelated frames.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -16,7 +16,7 @@ Recording MakeRecording(int people, double duration_s) {
   return Record(MakeScene(Staying(5, people, 4, duration_s)));
 }
 
-// Two people for eight seconds; no detections in the fourth.
+// Two people for eight seconds, without detections in the fourth second.
 Recording TwoHidden() {
   Recording recording = MakeRecording(2, 8.0);
   for (DetectionFrame& frame : recording.detections.frames) {
@@ -32,7 +32,7 @@ RunOptions GraphOptions() {
   return options;
 }
 
-TEST(SessionIdentity, LinkingMakesOnePersonOfTwoTracks) {
+TEST(SessionIdentity, LinkingMergesTracksOfOnePerson) {
   const Recording recording = TwoHidden();
   RunOptions options = GraphOptions();
   EXPECT_EQ(IdsOf(Track(recording, options)).size(), 4u);
@@ -67,7 +67,7 @@ TEST(SessionIdentity, CorrectionsAreAppliedAfterTracking) {
             (std::set<TrackId>{TrackId(0), TrackId(1), TrackId(3)}));
 }
 
-TEST(SessionIdentity, WhatLinkingDidItselfMayBeHandedInAgain) {
+TEST(SessionIdentity, CorrectionsThatRepeatLinkingAreAccepted) {
   Recording recording = TwoHidden();
   RunOptions options = GraphOptions();
   options.identity.link = true;
@@ -79,7 +79,7 @@ TEST(SessionIdentity, WhatLinkingDidItselfMayBeHandedInAgain) {
   EXPECT_EQ(IdsOf(Track(recording, options)).size(), 2u);
 }
 
-TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
+TEST(SessionIdentity, InvalidCorrectionIsReportedWithItsLine) {
   Recording recording = TwoHidden();
   recording.request.corrections = {Join(0, 77)};
   try {
@@ -90,7 +90,7 @@ TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
   }
 }
 
-TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
+TEST(SessionIdentity, SecondPassDoesNotExtendIntoDeletedFrames) {
   Recording recording = MakeRecording(2, 4.0);
   IdentityEdit edit;
   edit.op = EditOp::kDelete;
@@ -107,12 +107,12 @@ TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
       EXPECT_FALSE(edit.frames->Contains(frame.frame)) << frame.frame;
     }
   }
-  // 100 frames minus those 21 and at most three before the tracks are
-  // confirmed.
+  // 100 frames, minus the 21 deleted frames and at most three before the tracks
+  // are confirmed.
   EXPECT_GE(frames, 100 - 21 - 3);
 }
 
-// Moments two seconds apart, passed as consecutive frames.
+// Instants two seconds apart, passed as consecutive frames.
 Recording SingleFrames() {
   Recording recording = MakeRecording(3, 40.0);
   std::vector<DetectionFrame> kept;
@@ -132,7 +132,7 @@ Recording SingleFrames() {
   return recording;
 }
 
-TEST(SessionIdentity, SingleFramesAreTakesOfTheirOwn) {
+TEST(SessionIdentity, IndependentFramesAreTrackedSeparately) {
   const Recording recording = SingleFrames();
   RunOptions options = GraphOptions();
   options.input.independent_frames = true;

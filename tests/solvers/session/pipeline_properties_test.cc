@@ -1,4 +1,4 @@
-// The whole pipeline in graph mode, on random scenes: the result does not
+// Tests the whole pipeline in graph mode on random scenes: the result must not
 // depend on the world's origin or on the numbering of cameras and detections.
 #include <gtest/gtest.h>
 
@@ -36,8 +36,9 @@ TrackSequence TracksOf(const Recording& recording) {
 using MovePoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 Eigen::Vector3d Stays(const Eigen::Vector3d& point) { return point; }
 
-// Empty if they are the same. Each person of `a` corresponds to the one of `b`
-// at the position given by `move`, the same one in all frames.
+// Describes the first difference; empty if there is none. Each person of `a`
+// must correspond to a person of `b` at the position given by `move`, the same
+// person in all frames.
 std::string Difference(const TrackSequence& a, const TrackSequence& b,
                        const MovePoint& move) {
   // Half of the distance at which two people can stand.
@@ -68,7 +69,7 @@ std::string Difference(const TrackSequence& a, const TrackSequence& b,
   return "";
 }
 
-// A change to a recording, and how it moves the people.
+// A change to a recording, which returns how it displaces the people.
 struct Change {
   const char* name;
   MovePoint (*apply)(Recording*);
@@ -121,7 +122,7 @@ MovePoint AddEmptyCamera(Recording* recording) {
   return Stays;
 }
 
-// As detectors with overlapping boxes do.
+// Duplicates detections, as detectors with overlapping boxes do.
 MovePoint FindTwiceInOneView(Recording* recording) {
   for (DetectionFrame& frame : recording->detections.frames) {
     std::vector<Detection>& detections = frame.views.front().detections;
@@ -145,7 +146,7 @@ constexpr Change kChanges[] = {
     {"cameras in another order", TurnCamerasAround},
     {"a camera that sees nobody", AddEmptyCamera}};
 
-TEST(PipelineDifference, IsSeen) {
+TEST(PipelineDifference, IsDetected) {
   const TrackSequence tracks = TracksOf(RecordingOf(2, 1, 3));
   ASSERT_FALSE(tracks.frames.back().people.empty());
   EXPECT_EQ(Difference(tracks, tracks, Stays), "");
@@ -163,7 +164,7 @@ TEST(PipelineDifference, IsSeen) {
 
 class PipelineProperties : public ::testing::TestWithParam<int64_t> {};
 
-TEST_P(PipelineProperties, TheSamePeople) {
+TEST_P(PipelineProperties, AreInvariantToChanges) {
   Random random(static_cast<uint64_t>(GetParam()));
   const int people = static_cast<int>(1 + random.Index(4));
   const int cameras = static_cast<int>(3 + random.Index(3));

@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kLow = 0.02;  // between the first two ends of bins
+constexpr double kLow = 0.02;  // in the second confidence bin
 
 // 100 frames of a person in four views; a third of the joints have a low
 // confidence and, if `astray`, random positions in the image.
@@ -33,20 +33,20 @@ double LeastConfidence(bool astray) {
   return learner.LeastConfidence();
 }
 
-TEST(Presence, LowConfidencesThatLieAnywhereAreNotThere) {
+TEST(Presence, LowConfidencesWithRandomPositionsAreAbsent) {
   EXPECT_EQ(LeastConfidence(/*astray=*/true), 0.03);
 }
 
-TEST(Presence, LowConfidencesThatAreRightAreThere) {
+TEST(Presence, LowConfidencesWithCorrectPositionsArePresent) {
   EXPECT_EQ(LeastConfidence(/*astray=*/false), 0.0);
 }
 
-TEST(Presence, NothingIsLearntOfNothing) {
+TEST(Presence, NothingIsLearntWithoutFrames) {
   const CameraRig cameras = testing::RingOfCameras(4);
   EXPECT_EQ(PresenceLearner(cameras).LeastConfidence(), 0.0);
 }
 
-TEST(Presence, WhatIsAbsentIsNotFound) {
+TEST(Presence, AbsentJointsAreMarkedNotFound) {
   DetectionFrame frame;
   frame.views.resize(1);
   frame.views[0].detections.resize(1);

@@ -1,5 +1,5 @@
-// A run's report: no warnings for sound recordings, the cause for wrong
-// set-ups.
+// Tests a run's report: no warnings for sound recordings, and the cause for
+// wrong set-ups.
 #include "solvers/session/recording_report.h"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,8 @@ using ::testing::IsEmpty;
 using testing::KindsOf;
 using testing::Recording;
 
-// Two people before four cameras for three seconds, with a detector's errors.
+// Two people in view of four cameras for three seconds, with a detector's
+// errors.
 Recording SoundRecording(const Skeleton& skeleton = Coco17(),
                          double missing_rate = 0.03) {
   SceneOptions options = testing::Staying(5, 2, 4, 3.0);
@@ -53,7 +54,7 @@ std::string TextOf(const RecordingReport& report) {
   return text;
 }
 
-TEST(RecordingReport, SoundTakesHaveFiguresAndNoWarnings) {
+TEST(RecordingReport, SoundRecordingsHaveStatisticsAndNoWarnings) {
   for (const Skeleton* skeleton :
        {&Coco17(), &Body25(), &Body25B(), &Halpe26(), &MediaPipe33()}) {
     SCOPED_TRACE(skeleton->name());
@@ -62,9 +63,9 @@ TEST(RecordingReport, SoundTakesHaveFiguresAndNoWarnings) {
     EXPECT_EQ(report.people.size(), 2u);
     EXPECT_EQ(report.most_people_in_a_view, 2);
     EXPECT_EQ(report.frames, 75);
-    // Both coordinates have a standard deviation of 4 px, so that the median
-    // distance of the truth is 4 sqrt(2 ln 2) = 4.7 px (Rayleigh); the estimate
-    // follows some of the errors, and motion adds some.
+    // Both coordinates have a standard deviation of 4 px, so the median
+    // distance from the truth is 4 sqrt(2 ln 2) = 4.7 px (Rayleigh); the
+    // estimate follows some of the errors, and motion adds others.
     for (const CameraReport& camera : report.cameras) {
       EXPECT_GT(camera.matched_share(), 0.9) << camera.view;
       EXPECT_GT(camera.median_px, 2.5) << camera.view;
@@ -81,7 +82,7 @@ TEST(RecordingReport, SoundTakesHaveFiguresAndNoWarnings) {
 }
 
 // A skeleton of two points is reported like one of 17 joints.
-TEST(RecordingReport, SkeletonsOfTwoPointsAreCounted) {
+TEST(RecordingReport, SkeletonsWithTwoPointsAreCounted) {
   Recording recording = SoundRecording();
   recording.detections.header.skeleton = Skeleton("box", {"top", "bottom"}, {});
   for (DetectionFrame& frame : recording.frames()) {
@@ -101,8 +102,8 @@ TEST(RecordingReport, SkeletonsOfTwoPointsAreCounted) {
               ::testing::Not(::testing::Contains("nobody")));
 }
 
-// 2 of 15 are hardly any; 1 of 8 may be chance.
-TEST(RecordingReport, AViewIsAStrangerByShareAndCount) {
+// 2 of 15 are hardly any; 1 of 8 may be due to chance.
+TEST(RecordingReport, HardlyAnyMatchesDependOnShareAndCount) {
   EXPECT_TRUE(HardlyAny(2, 15));
   EXPECT_TRUE(HardlyAny(4, 20));
   EXPECT_TRUE(HardlyAny(1000, 10000));
@@ -112,7 +113,7 @@ TEST(RecordingReport, AViewIsAStrangerByShareAndCount) {
   EXPECT_FALSE(HardlyAny(5, 20));
 }
 
-// Every frame but those between `from` and `to`.
+// Removes the frames between `from` and `to`, both exclusive.
 void Drop(Recording* recording, int64_t from, int64_t to) {
   std::vector<DetectionFrame>& frames = recording->frames();
   frames.erase(std::remove_if(frames.begin(), frames.end(),
@@ -122,19 +123,19 @@ void Drop(Recording* recording, int64_t from, int64_t to) {
                frames.end());
 }
 
-TEST(RecordingReport, HolesInTheRecordingAreNamed) {
+TEST(RecordingReport, GapsInTheRecordingAreReported) {
   Recording recording = SoundRecording();
   Drop(&recording, 20,
-       29);  // 0.36 s without a frame: shorter than the life of a lost track
+       29);  // 0.36 s without a frame, shorter than kHole
   EXPECT_THAT(KindsOf(ReportOf(recording).warnings), IsEmpty());
   Drop(&recording, 40, 55);
   const RecordingReport report = ReportOf(recording);
   ASSERT_EQ(KindsOf(report.warnings), std::vector<std::string>{"frames"});
-  EXPECT_THAT(report.warnings[0].evidence, HasSubstr("1 hole"));
+  EXPECT_THAT(report.warnings[0].evidence, HasSubstr("1 gap"));
   EXPECT_THAT(report.warnings[0].evidence, HasSubstr("0.6 s"));
 }
 
-TEST(RecordingReport, SingleFramesAreNamedUnlessTheOptionsSaySo) {
+TEST(RecordingReport, UnrelatedFramesAreReportedUnlessConfigured) {
   Recording recording = SoundRecording();
   for (DetectionFrame& frame : recording.detections.frames) {
     const TimeNs shift = frame.frame * FromSeconds(60.0);
@@ -266,7 +267,7 @@ std::vector<WrongSetUp> WrongOnes() {
 
 class WrongSetUps : public ::testing::TestWithParam<WrongSetUp> {};
 
-TEST_P(WrongSetUps, EndInAWarningThatNamesTheCause) {
+TEST_P(WrongSetUps, ReportTheCauseInAWarning) {
   Recording recording =
       SoundRecording(GetParam().name == "skeleton" ? Body25B() : Coco17());
   GetParam().spoil(&recording);
@@ -282,15 +283,15 @@ INSTANTIATE_TEST_SUITE_P(RecordingReport, WrongSetUps,
                          [](const auto& test) { return test.param.name; });
 
 // If each of two views misses two fifths of the joints, about a third are found
-// in both: 6 of 17 on average, where a new track requires 10. Tracks then start
-// late, if at all.
-TEST(RecordingReport, WhoBeginsLateForWantOfJointsIsNamed) {
+// in both: 6 of 17 on average, although a new track requires 10. Tracks then
+// start late, if at all.
+TEST(RecordingReport, TooFewJointsForNewTracksAreReported) {
   const RecordingReport report = ReportOf(SoundRecording(Coco17(), 0.4));
   EXPECT_THAT(KindsOf(report.warnings), ::testing::Contains("joints"));
   EXPECT_THAT(TextOf(report), HasSubstr("initialisation.min_common_joints"));
 }
 
-TEST(RecordingReport, JointsAreThoseThatAssociationCompares) {
+TEST(RecordingReport, JointsOf17CountsAssociationJoints) {
   Detection detection;
   detection.joints.resize(WholeBody133().joints().size());
   for (size_t j = 0; j < 17; ++j) detection.joints[j].found = true;
@@ -299,7 +300,7 @@ TEST(RecordingReport, JointsAreThoseThatAssociationCompares) {
   EXPECT_DOUBLE_EQ(JointsOf17(detection, WholeBody133()), 6.0);
 }
 
-TEST(RecordingReport, AdviceFollowsFromFigures) {
+TEST(RecordingReport, RecommendationsMatchStatistics) {
   EXPECT_EQ(FewerJoints(17.0, 10.0), std::nullopt);
   EXPECT_EQ(FewerJoints(12.5, 10.0), std::nullopt);
   EXPECT_EQ(FewerJoints(12.0, 10.0), 6);
@@ -324,8 +325,8 @@ TEST(RecordingReport, AdviceFollowsFromFigures) {
             "--set=cameras.unit=cm or --set=cameras.unit=mm");
 }
 
-// A fly 12 mm from its cameras, and a mouse of any size.
-TEST(RecordingReport, NoUnitIsToldByWhatIsNoHuman) {
+// A fly may be 12 mm from its cameras, and a mouse may have any size.
+TEST(RecordingReport, NonHumanSubjectsDoNotDetermineTheUnit) {
   for (const bool is_human : {true, false}) {
     RecordingReport report;
     report.is_human = is_human;
@@ -342,7 +343,7 @@ TEST(RecordingReport, NoUnitIsToldByWhatIsNoHuman) {
   EXPECT_TRUE(Limbs(Coco17()).MiddleOfHips(pose).has_value());
 }
 
-TEST(RecordingReport, TypicalHeightWeighsByFrames) {
+TEST(RecordingReport, TypicalHeightIsWeightedByFrames) {
   PersonReport passing;
   passing.height_m = 5.0;
   passing.frames = 3;
@@ -355,7 +356,7 @@ TEST(RecordingReport, TypicalHeightWeighsByFrames) {
   EXPECT_EQ(TypicalHeight({unknown}), 0.0);
 }
 
-TEST(UsedFrames, ReadAgainAndFedGiveTheSameFrames) {
+TEST(UsedFrames, RereadAndFedFramesAreEqual) {
   const Recording recording = SoundRecording();
   const RunScene scene = PrepareScene(testing::GraphMode(), recording.request,
                                       recording.detections.header);

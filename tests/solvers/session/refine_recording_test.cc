@@ -28,7 +28,7 @@ RunOptions OptionsWith(const std::string& keys) {
 
 const char* const kBoth = "cameras.refine=rotation;cameras.refine_clock=true";
 
-// Every camera turned by half a degree, two clocks off.
+// Every camera is rotated by half a degree, and two clocks are wrong.
 FaultyScene TurnedScene() {
   FaultySceneOptions options = {21, 5, 4, 6.0};
   options.clock_offset_s = {0.0, 0.05, 0.0, -0.04, 0.0};
@@ -46,7 +46,7 @@ ReadyRecording Ready(const FaultyScene& scene, const std::string& keys) {
                             [&] { return scene.detections; });
 }
 
-TEST(RefineRecording, ARecordRepeatsTheDecision) {
+TEST(RefineRecording, ARecordReproducesTheRefinement) {
   const FaultyScene scene = TurnedScene();
   const ReadyRecording refined =
       Ready(scene, std::string(kBoth) + ";cameras.ground=feet");
@@ -59,7 +59,8 @@ TEST(RefineRecording, ARecordRepeatsTheDecision) {
     const CameraRig truth = OnGround(scene.scene.cameras, *refined.ground);
     EXPECT_LT(testing::AngleBetween(refined.cameras[v], truth[v]), 0.1);
   }
-  // Through the file, as a later run reads it: the same bits.
+  // Written to a file and read by a later run, the record gives bitwise the
+  // same result.
   const testing::TemporaryFolder folder;
   const std::string path = folder.path().string() + "/take.cameras.json";
   WriteCameras(path, refined.cameras, RefinementJson(refined));
@@ -90,7 +91,7 @@ TEST(RefineRecording, ARecordRepeatsTheDecision) {
                OptionError);
 }
 
-TEST(RefineRecording, RefinedCamerasAreNearlyAsGoodAsTrueOnes) {
+TEST(RefineRecording, RefinedCamerasReduceErrorsAndCoverThem) {
   const FaultyScene scene = TurnedScene();
   const TrackSequence truth = TruthOf(scene.scene);
   RunRequest request;
@@ -100,7 +101,7 @@ TEST(RefineRecording, RefinedCamerasAreNearlyAsGoodAsTrueOnes) {
   const TrackSequence refined =
       TrackSequenceOf(OptionsWith(kBoth), request, scene.detections);
   // Half a degree is 6 cm at 6.5 m, half of which remains with five cameras;
-  // less than a tenth of that is left after refinement.
+  // less than a tenth of this remains after refinement.
   EXPECT_LT(EvaluateMpjpe(truth, refined).raw_m,
             0.6 * EvaluateMpjpe(truth, stated).raw_m);
   // The uncertainty of the cameras enlarges the covariances, which then cover
@@ -124,7 +125,7 @@ TEST(RefineRecording, RefinedCamerasAreNearlyAsGoodAsTrueOnes) {
 
 // People who mostly stand give little information on clock offsets, which
 // reduces the gain of the fit per observation.
-TEST(RefineRecording, ClocksAreFoundWherePeopleHopAndStop) {
+TEST(RefineRecording, ClocksAreFoundIfPeopleHopAndStop) {
   KINEGRAPH_DATA_OR_SKIP(clip, "motion/start_hop_stop_120hz.jsonl");
   FaultySceneOptions options = {7301, 5, 4, 10.0};
   options.clips.assign(4, clip);
@@ -137,7 +138,8 @@ TEST(RefineRecording, ClocksAreFoundWherePeopleHopAndStop) {
       OptionsWith("cameras.refine_clock=true;tracking.feedback=gaussian"),
       request, scene.detections);
   for (size_t v = 0; v < 5; ++v) {
-    // Four times the 0.4 ms error of eight other recordings (refine_accuracy).
+    // Four times the error of 0.4 ms in eight other recordings
+    // (refine_accuracy).
     EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
                 0.0016);
   }

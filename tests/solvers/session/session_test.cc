@@ -32,7 +32,7 @@ RunOptions InPasses(bool second_pass) {
 
 class SessionPasses : public ::testing::TestWithParam<bool> {};
 
-TEST_P(SessionPasses, FramesFromMemoryGiveWhatAWholeTakeGives) {
+TEST_P(SessionPasses, FrameByFrameEqualsTheWholeRecording) {
   const Recording recording = SmallRecording();
   const RunOptions options = InPasses(GetParam());
   Session session(options, recording.request, recording.detections.header);
@@ -47,7 +47,7 @@ TEST_P(SessionPasses, FramesFromMemoryGiveWhatAWholeTakeGives) {
 
 INSTANTIATE_TEST_SUITE_P(OneAndTwo, SessionPasses, ::testing::Bool());
 
-TEST(Session, WindowGivesFramesAfterItsLag) {
+TEST(Session, WindowReturnsFramesAfterTheLag) {
   const Recording recording = SmallRecording();
   RunOptions options = GraphMode();
   options.estimators.graph.lag_s = 0.4;  // 10 frames at 25 Hz
@@ -64,7 +64,7 @@ TEST(Session, WindowGivesFramesAfterItsLag) {
   EXPECT_GT(newest, 0);
 }
 
-TEST(Session, PaperModeKeepsItsRulesWhateverTheKeysSay) {
+TEST(Session, PaperModeIgnoresConflictingKeys) {
   RunOptions options;
   options.estimators.mode = Mode::kPaper;
   options.tracker.life.second_pass = true;
@@ -84,7 +84,7 @@ TEST(Session, PaperModeKeepsItsRulesWhateverTheKeysSay) {
             NumbersOf(Track(recording, plain)));
 }
 
-TEST(Session, PassesOverFramesThatWereNotAskedFor) {
+TEST(Session, SkipsFramesThatWereNotRequested) {
   Recording recording = SmallRecording();
   recording.request.frames = {{10, 20}};
   Session session(GraphMode(), recording.request, recording.detections.header);
@@ -97,7 +97,7 @@ TEST(Session, PassesOverFramesThatWereNotAskedFor) {
   EXPECT_EQ(written.back().frame, 19);
 }
 
-TEST(Session, WarmUpIsFedButNotWritten) {
+TEST(Session, WarmUpIsProcessedButNotWritten) {
   const Recording recording = SmallRecording();
   RunOptions options = GraphMode();
   options.input.repeat_first_frame = 4;
@@ -112,7 +112,7 @@ TEST(Session, WarmUpIsFedButNotWritten) {
   EXPECT_EQ(written.front().frame, recording.detections.frames.front().frame);
 }
 
-TEST(Session, RefusesAUnknownCameraByName) {
+TEST(Session, RejectsAnUnknownCameraByName) {
   Recording recording = SmallRecording();
   recording.request.without_cameras = {"nobody"};
   try {
@@ -143,9 +143,9 @@ Recording WithPause(Recording recording, int64_t from, double seconds) {
 
 class Pauses : public ::testing::TestWithParam<double> {};
 
-// A pause of an hour ends everything that is carried from frame to frame; a
-// longer one gives identical results.
-TEST_P(Pauses, AreTrackedAsAnHourIs) {
+// A pause of an hour ends all state that is carried from frame to frame, so
+// longer pauses give identical results.
+TEST_P(Pauses, GiveTheResultOfAnHour) {
   const Recording recording = TakeAt(25.0, 3.0);
   for (const bool batch : {false, true}) {
     RunOptions options = GraphMode();
@@ -169,7 +169,7 @@ INSTANTIATE_TEST_SUITE_P(All, Pauses,
                                            40.0 * kYear_s));
 
 // The part before a pause is tracked as if the recording ended there.
-TEST(SessionClock, ThePartBeforeAPauseIsAsItIsAlone) {
+TEST(SessionClock, PartBeforeAPauseIsIndependentOfTheRest) {
   const Recording recording = TakeAt(25.0, 3.0);
   Recording alone = recording;
   alone.detections.frames.resize(40);
@@ -184,7 +184,7 @@ TEST(SessionClock, ThePartBeforeAPauseIsAsItIsAlone) {
   }
 }
 
-TEST(SessionClock, AClockThatStandsForEverIsNoError) {
+TEST(SessionClock, StoppedClockIsNotAnError) {
   Recording recording = TakeAt(25.0, 1.0);
   for (DetectionFrame& frame : recording.detections.frames) {
     Shift(-ToSeconds(frame.time), &frame);
@@ -201,9 +201,9 @@ struct Pattern {
 
 class Looks : public ::testing::TestWithParam<Pattern> {};
 
-// Frames without detections in any view, at regular intervals: the people are
-// those of the same recording without these frames.
-TEST_P(Looks, FramesWithoutALookChangeNobody) {
+// Frames without detections in any view, at regular intervals, do not change
+// the people of the same recording without these frames.
+TEST_P(Looks, EmptyFramesDoNotChangePeople) {
   const auto [rate_hz, on, off] = GetParam();
   for (const bool backfill : {false, true}) {
     Recording with = TakeAt(rate_hz, 6.0);
@@ -240,7 +240,7 @@ class Frames : public ::testing::Test {
   const Recording recording_ = TakeAt(25.0, 1.0);
 };
 
-TEST_F(Frames, ThatAreNotAsTheHeaderSaysAreRefusedAndPassedOver) {
+TEST_F(Frames, MismatchingTheHeaderAreRejectedAndSkipped) {
   const double nan = std::nan("");
   std::vector<DetectionFrame> wrong(7, At(5));
   wrong[0].views.pop_back();
@@ -270,7 +270,7 @@ TEST_F(Frames, ThatAreNotAsTheHeaderSaysAreRefusedAndPassedOver) {
   EXPECT_EQ(NumbersOf(tracks), NumbersOf(Track(recording_, GraphMode())));
 }
 
-TEST_F(Frames, AreTakenByOneCallAtATimeAndNotAfterTheEnd) {
+TEST_F(Frames, AreRejectedDuringAnotherCallAndAfterTheEnd) {
   Session session(GraphMode(), recording_.request,
                   recording_.detections.header);
   int refused = 0;
@@ -291,7 +291,7 @@ TEST_F(Frames, AreTakenByOneCallAtATimeAndNotAfterTheEnd) {
   EXPECT_THROW(session.Finish(), std::logic_error);
 }
 
-TEST_F(Frames, OfACallThatWasStoppedEndTheSession) {
+TEST_F(Frames, SessionIsUnusableAfterAnException) {
   Session session(GraphMode(), recording_.request,
                   recording_.detections.header);
   session.set_frame_listener(

@@ -1,4 +1,4 @@
-// A world scaled by a factor gives poses scaled by that factor.
+// Tests that a world scaled by a factor gives poses scaled by this factor.
 #include "solvers/session/subject_scale.h"
 
 #include <gtest/gtest.h>
@@ -20,9 +20,10 @@ namespace {
 
 using testing::Recording;
 
-constexpr double kStature_m = 1.72;  // the scene's mean
+constexpr double kStature_m = 1.72;  // mean of the scene
 
-// Two people before four cameras for three seconds, with a detector's errors.
+// Two people in view of four cameras for three seconds, with a detector's
+// errors.
 Recording HumanRecording() {
   NoiseOptions noise;
   noise.joints.sigma_px = 3.0;
@@ -47,7 +48,7 @@ Recording Larger(Recording recording, double factor) {
   return recording;
 }
 
-// Turned by 1.7 degrees about its centre.
+// The camera, rotated by 1.7 degrees about its centre.
 Camera TurnedInPlace(const Camera& camera) {
   const Eigen::AngleAxisd turn(0.03, Eigen::Vector3d::UnitY());
   return Edited(camera, [&](CameraParameters* turned) {
@@ -102,10 +103,10 @@ double Apart(const TrackSequence& world, const TrackSequence& larger,
 
 class AnyScale : public ::testing::TestWithParam<double> {};
 
-// The scale is measured in each world, so only rounding differs; it is
+// The scale is measured in each world, so only rounding errors differ; they are
 // amplified by the solver's stopping criterion of 0.03 mm and by a few
 // decisions.
-TEST_P(AnyScale, AnimalsMoveAlike) {
+TEST_P(AnyScale, AnimalTracksScale) {
   const Recording recording = AnimalRecording();
   for (const char* mode : {"graph", "paper"}) {
     const TrackSequence world = TrackAt(1.0, recording, "", mode);
@@ -117,7 +118,7 @@ TEST_P(AnyScale, AnimalsMoveAlike) {
   }
 }
 
-TEST_P(AnyScale, AWindowThatGivesPosesAtOnceDoesSo) {
+TEST_P(AnyScale, WindowTracksScale) {
   const Recording recording = AnimalRecording();
   const std::string set =
       "output.estimator=window;tracking.second_pass=false;identity.link=false";
@@ -126,16 +127,17 @@ TEST_P(AnyScale, AWindowThatGivesPosesAtOnceDoesSo) {
             1e-4);
 }
 
-// At scale 1 people keep their size, at others they are normalised to 1.7 m:
-// priors differ by that ratio, and joints by less than a hundredth of the body.
-TEST_P(AnyScale, PeopleMoveAlike) {
+// At scale 1 people keep their size, at other scales they are normalised to 1.7
+// m. Priors differ by this ratio, and joints by less than a hundredth of the
+// stature.
+TEST_P(AnyScale, HumanTracksScale) {
   const Recording recording = HumanRecording();
   EXPECT_LT(Apart(TrackAt(1.0, recording), TrackAt(GetParam(), recording),
                   GetParam()),
             0.01 * kStature_m);
 }
 
-TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
+TEST_P(AnyScale, RefinedCamerasAndFloorScale) {
   Recording recording = HumanRecording();
   recording.request.cameras[1] = TurnedInPlace(recording.request.cameras[1]);
   const auto ready = [&](double factor) {
@@ -162,7 +164,7 @@ TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
   }
 }
 
-TEST_P(AnyScale, FrozenMatchesGiveTheSame) {
+TEST_P(AnyScale, FrozenMatchesAreTheSame) {
   const Recording recording = AnimalRecording();
   const auto frozen = [&](double factor) {
     const Recording scaled = Larger(recording, factor);
@@ -217,29 +219,30 @@ SubjectScale Measured(const Recording& recording, double factor,
                  recording.detections);
 }
 
-TEST(SubjectScale, PeopleOfAnySizeKeepOne) {
+TEST(SubjectScale, IsOneForPeopleOfAnyStature) {
   const Recording recording = HumanRecording();
   for (const double factor : {0.35, 0.6, 1.0, 1.25}) {
     EXPECT_TRUE(Measured(recording, factor).is_one()) << factor;
   }
   for (const double factor : {0.002, 0.1, 3.0, 1000.0}) {
-    // Limbs give the stature to some centimetres, with hidden joints to 10 cm.
+    // Limbs determine the stature to a few centimetres, with occluded joints to
+    // 10 cm.
     EXPECT_NEAR(Measured(recording, factor).size_m() / factor, kStature_m, 0.15)
         << factor;
   }
 }
 
-TEST(SubjectScale, WhatIsStatedIsNotMeasured) {
+TEST(SubjectScale, StatedSizeIsNotMeasured) {
   const Recording recording = AnimalRecording();
   EXPECT_DOUBLE_EQ(Measured(recording, 1.0, "cameras.subject_m=0.34").metres(),
                    0.2);
-  // People are people.
+  // A plausible stature of people leaves the scale 1.
   EXPECT_TRUE(
       Measured(HumanRecording(), 1.0, "cameras.subject_m=1.1").is_one());
 }
 
 // A lure in front of an animal is not part of it.
-TEST(SubjectScale, PointsFarFromTheBodyDoNotCount) {
+TEST(SubjectScale, PointsFarFromTheBodyHardlyMatter) {
   const Recording animal = AnimalRecording();
   Recording with_lure = animal;
   std::vector<std::string> joints = animal.detections.header.skeleton.joints();
@@ -256,15 +259,15 @@ TEST(SubjectScale, PointsFarFromTheBodyDoNotCount) {
       }
     }
   }
-  // Each joint has three of nineteen others farther away: its median distance
-  // is the 0.59 quantile of those within the body.
+  // Three of the nineteen other joints are farther away, so a joint's median
+  // distance is the 0.59 quantile of the distances within the body.
   const double size_m = Measured(animal, 1.0).size_m();
   EXPECT_NEAR(size_m, kStature_m, 0.3);
   EXPECT_NEAR(Measured(with_lure, 1.0).size_m(), size_m, 0.25 * size_m);
 }
 
 // The size of a box with two points is their distance.
-TEST(SubjectScale, TwoPointsAreAllOfIt) {
+TEST(SubjectScale, SizeOfTwoPointsIsTheDistance) {
   Recording recording = AnimalRecording();
   const int head = Coco17().IndexOf("nose");
   const int foot = Coco17().IndexOf("l_ankle");
@@ -296,7 +299,7 @@ TEST(SubjectScale, APointHasNoSize) {
 
 // Streams of people start without delay. Other subjects wait for the
 // measurement of their size, and no frames are lost.
-TEST(SubjectScale, AStreamOfOthersBeginsWithItsSize) {
+TEST(SubjectScale, StreamsOfNonHumansWaitForTheSize) {
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
   for (const bool is_human : {true, false}) {
     const Recording recording =
@@ -321,7 +324,7 @@ TEST(SubjectScale, AStreamOfOthersBeginsWithItsSize) {
 
 // Some detectors put all joints that were not found in the middle of the image,
 // with some jitter or none.
-TEST(SubjectScale, JointsAtOnePlaceHaveNoSize) {
+TEST(SubjectScale, CoincidentJointsHaveNoSize) {
   for (const double jitter_px : {0.0, 3.0}) {
     Recording recording = HumanRecording();
     std::vector<DetectionFrame>& frames = recording.detections.frames;
@@ -346,7 +349,7 @@ TEST(SubjectScale, JointsAtOnePlaceHaveNoSize) {
   EXPECT_THROW(SubjectScale::OfSize(INFINITY), std::logic_error);
 }
 
-TEST(SubjectScale, PlacesAndWhatWasLearntAreScaledAlone) {
+TEST(SubjectScale, OnlyPositionsAndResultsAreScaled) {
   const SubjectScale scale = SubjectScale::OfSize(0.17);
   RunOptions options;
   options.identity.entries = {1.0, 2.0, 3.0, 0.5};

@@ -35,7 +35,7 @@ std::vector<UnfollowedPerson> Often(int seen, int followed) {
   return people.Often();
 }
 
-TEST(Unfollowed, WhomAViewShowsAndNoTrackFollowsIsNamedWithViewAndShare) {
+TEST(Unfollowed, UntrackedPersonIsReportedWithViewAndShare) {
   const std::vector<UnfollowedPerson> often = Often(150, 0);
   ASSERT_EQ(often.size(), 1u);
   EXPECT_EQ(often[0].view, 1u);
@@ -44,11 +44,13 @@ TEST(Unfollowed, WhomAViewShowsAndNoTrackFollowsIsNamedWithViewAndShare) {
   EXPECT_EQ(often[0].last_frame, 149);
 }
 
-TEST(Unfollowed, WhoIsTrackedIsNotThoughNoViewWasMatched) {
+TEST(Unfollowed, TrackedPersonWithoutMatchesIsNotReported) {
   EXPECT_TRUE(Often(kFrames, kFrames).empty());
 }
 
-TEST(Unfollowed, WhoIsSeenSeldomIsNot) { EXPECT_TRUE(Often(49, 0).empty()); }
+TEST(Unfollowed, RarelySeenPersonIsNotReported) {
+  EXPECT_TRUE(Often(49, 0).empty());
+}
 
 }  // namespace
 }  // namespace kinegraph

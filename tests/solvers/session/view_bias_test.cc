@@ -1,5 +1,5 @@
-// The detector's bias by viewing direction, learnt from recordings with a known
-// bias.
+// Tests that the detector's bias by viewing direction is learnt from recordings
+// with a known bias.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,8 +20,8 @@ using testing::MakeFaultyScene;
 // One person who walks for 20 s in view of four cameras.
 FaultyScene Walker() { return MakeFaultyScene({31, 4, 1, 20.0}); }
 
-// A detector that places hips 4 cm too far forward in lateral views: 4 cm times
-// sin 2p across, 0 in frontal and rear views.
+// The bias of a detector that displaces hips by 4 cm times sin 2p, where p is
+// the azimuth: 0 in frontal and rear views.
 ViewBias HipsForward() {
   ViewBias bias;
   ViewBias::OfJoint& hip = bias.joints.emplace_back();
@@ -98,7 +98,7 @@ Outcome Track(const FaultyScene& scene, ViewBiasUse use, int threads = 1) {
   return outcome;
 }
 
-TEST(SessionViewBias, IsTakenAwayWhereTheTakeShowsIt) {
+TEST(SessionViewBias, KnownBiasIsLearntAndRemoved) {
   FaultyScene scene = Walker();
   AddBias(HipsForward(), &scene);
   const Outcome off = Track(scene, ViewBiasUse::kOff);
@@ -113,14 +113,14 @@ TEST(SessionViewBias, IsTakenAwayWhereTheTakeShowsIt) {
   }
 }
 
-TEST(SessionViewBias, WithoutOneNothingIsLost) {
+TEST(SessionViewBias, UnbiasedDetectionsLoseNoAccuracy) {
   const FaultyScene scene = Walker();
   const Outcome off = Track(scene, ViewBiasUse::kOff);
   const Outcome learnt = Track(scene, ViewBiasUse::kAuto);
   EXPECT_LT(learnt.all_mm, 1.01 * off.all_mm);
 }
 
-TEST(SessionViewBias, ThreadsDoNotChangeABit) {
+TEST(SessionViewBias, ThreadsDoNotChangeResults) {
   FaultyScene scene = Walker();
   AddBias(HipsForward(), &scene);
   const Outcome one = Track(scene, ViewBiasUse::kOn, 1);

@@ -1,5 +1,5 @@
-// Views of different rates in one recording (input.view_frame_rate), from files
-// to tracks.
+// Tests views of different frame rates in one recording
+// (input.view_frame_rate), from files to tracks.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -18,8 +18,8 @@ namespace {
 using testing::FaultyScene;
 using testing::FaultySceneOptions;
 
-// Five views of a recording of 50 Hz: three are recorded at 25 Hz, the last two
-// at 10 Hz, and the files of each count from zero.
+// Five views of a scene at 50 Hz: three are recorded at 25 Hz, the last two at
+// 10 Hz. The files of each view count from zero.
 FaultyScene TakeAt50Hz() {
   FaultySceneOptions options = {41, 5, 3, 4.0};
   options.frame_rate_hz = 50.0;
@@ -80,7 +80,7 @@ double ErrorOf(const FaultyScene& scene, const RunOptions& options,
       .raw_m;
 }
 
-TEST(ViewRates, ASlowViewAddsWhatItSaw) {
+TEST(ViewRates, SlowerViewsReduceTheError) {
   const FaultyScene scene = TakeAt50Hz();
   const testing::TemporaryFolder folder;
   const std::string path = WriteFolders(scene, folder);
@@ -89,14 +89,15 @@ TEST(ViewRates, ASlowViewAddsWhatItSaw) {
       OptionsAt25HzWith("input.view_frame_rate." + names[3] +
                         "=10;input.view_frame_rate." + names[4] + "=10");
   const double rated_m = ErrorOf(scene, rated, path);
-  // Two more views in two frames of five, some of them 20 ms off the frame:
-  // more measurements, less error.
+  // Two more views in two of five frames, some captured 20 ms from the frame's
+  // time, add measurements and reduce the error.
   EXPECT_LT(rated_m, ErrorOf(scene, rated, path, {names[3], names[4]}));
-  // Interpreted at the recording's rate, the two views show other moments.
+  // If the two views are read at the recording's rate, they show other
+  // instants.
   EXPECT_LT(rated_m, 0.8 * ErrorOf(scene, OptionsAt25HzWith(""), path));
 }
 
-TEST(ViewRates, BadRatesAreNamed) {
+TEST(ViewRates, InvalidRatesAreRejected) {
   for (const std::string value : {"x", "0", "-1", "1e9", "nan", "25Hz"}) {
     const RunOptions options =
         OptionsAt25HzWith("input.view_frame_rate.a=" + value);
