@@ -129,7 +129,7 @@ TEST(SegmentResidual, JacobiansMatchNumericDerivatives) {
   measurement.sigma_px = 4.0;
   CameraChange change = CameraChange::Zero();
   change << 0.01, -0.02, 0.015, 0.02, -0.01, 0.03, 4.0, -3.0, 0.02, 0.03, 1e-3,
-      0.01;
+      0.01, 0.005;
   const SegmentState state = Falling();
   const auto at = [&](const SegmentState& s, const CameraChange& c) {
     return *SegmentResidual(cameras[0], c, segment, s, measurement, 1.2);

@@ -131,6 +131,21 @@ TEST(Rig, RecoversCamerasClocksAndScaleFromWalkers) {
   }
 }
 
+// Many calibration files do not contain the size of the images.
+TEST(Rig, KnownLensesNeedNoImageSizes) {
+  const Scene scene = Walkers(16.0);
+  const DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  CalibrationInput input = WithoutPlaces(scene.cameras);
+  input.cameras = Edited(input.cameras, [](CameraParameters* camera) {
+    camera->width_px = camera->height_px = 0;
+  });
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), input, recording);
+  ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
+  // As for the walkers above.
+  EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
+}
+
 // Detectors have persistent offsets and errors with a correlation time of a
 // tenth of a second; neither may bias a clock.
 TEST(Rig, RecoversClocksDespiteCorrelatedErrors) {
