@@ -467,10 +467,8 @@ class RigEstimate {
     options.offset_sigma_s = has_times_ ? kTimeSigmaS : 0.1;
     options.drift_sigma = kDriftSigma;
     options.lens_sigma = told * kLensSigma;
-    const Camera& first = intrinsics_[result_.used[0]];
-    const double width_px =
-        first.width_px() > 0 ? first.width_px() : 2.0 * first.K()(0, 2);
-    options.shift_sigma_px = told * kShiftShare * width_px;
+    options.shift_sigma_px =
+        told * kShiftShare * ImageWidth(intrinsics_[result_.used[0]]);
     for (size_t v = 0; v < cameras_.size(); ++v) {
       options.focal_prior.push_back(FocalPrior(v));
     }

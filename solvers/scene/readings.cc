@@ -253,7 +253,8 @@ class ReadingJudge {
     const auto [people, is_new] = people_.try_emplace(seen);
     if (is_new) {
       const size_t v = seen / kImages.size() / raw_.size();
-      const ImageMap map(cameras_[v], static_cast<int>(seen % kImages.size()));
+      const ImageMap map(CameraOf(seen),
+                         static_cast<int>(seen % kImages.size()));
       ViewPeople taken = raw_[v];
       for (auto& frame : taken.frames) {
         for (ViewPeople::Person& person : frame) {
