@@ -87,11 +87,13 @@ def edges_of(sets, nodes):
     else:
         found = sets.set(name)
         names = [as_text(text) for text in found[()].ravel().tolist()]
-        ends = [nodes.index(n) if n in nodes else len(nodes) for n in names]
+        for n in names:
+            if n not in nodes:
+                sets.fail(name, f"found '{n}', expected a name of node_names")
+        ends = [nodes.index(n) for n in names]
     for end in ends:
         if not (0 <= end < len(nodes) and end == int(end)):
-            place = name if name == "edge_inds" else "edge_names: node"
-            sets.fail(place, f"found {end:.0f}, expected 0 .. {len(nodes) - 1}")
+            sets.fail(name, f"found {end:.0f}, expected 0 .. {len(nodes) - 1}")
     return [[int(a), int(b)] for a, b in zip(ends[::2], ends[1::2])]
 
 
