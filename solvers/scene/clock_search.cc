@@ -223,8 +223,9 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   if (views < 2) return search;
   const auto count = static_cast<int>(ideal[0].frames.size());
   const int reach = std::min(max_lag, count / 3);
-  // At high frame rates lags are tried in steps of three frames or a twentieth
-  // of a second, in which people hardly move.
+  // For a large range of lags, i.e. at high frame rates, lags are tried in
+  // steps of max_lag / 200 (a twentieth of a second for the default of ten
+  // seconds), in which people hardly move, and of at least three frames.
   int step = max_lag > 300 ? std::max(3, max_lag / 200) : 1;
   const int lags_tried = 2 * reach / step + 1;
   const std::vector<int> searched =
