@@ -210,7 +210,7 @@ struct SolveSchedule {
 };
 
 struct SolveReport {
-  bool finite = true;     // false: the start was kept, the rest is meaningless
+  bool finite = true;     // false: the start was kept; others are meaningless
   bool converged = true;  // in the last stage
   int iterations = 0;     // block-tridiagonal
   int ceres_iterations = 0;

@@ -1246,7 +1246,7 @@ class RigEstimate {
   DetectionSequence aligned_;
   RigStart start_;
   FrozenMatches matches_;
-  // Of the last fit.
+  // Results of the last fit.
   SceneSegments segments_;
   FreeParameters free_;
   BundleResult fit_;

@@ -32,7 +32,7 @@ const std::vector<PoseReading>& PoseReadings() {
        }},
       {"the translation is the camera's position in the world",
        [](CameraParameters* camera) { camera->t = -(camera->R * camera->t); }},
-      {"the camera's position is a translation",
+      {"the camera's position in the file is a translation",
        [](CameraParameters* camera) {
          camera->t = -(camera->R.transpose() * camera->t);
        }},
@@ -45,7 +45,7 @@ const std::vector<PoseReading>& PoseReadings() {
          camera->t = columns * (columns * camera->t);
          camera->R.transposeInPlace();
        }},
-      // As in computer graphics.
+      // The convention of computer graphics.
       {"the camera's y points up and its z backwards",
        [](CameraParameters* camera) {
          const Eigen::Vector3d up(1.0, -1.0, -1.0);

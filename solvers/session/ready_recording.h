@@ -43,7 +43,7 @@ std::unique_ptr<CameraUncertainty> UncertaintyOf(
 
 struct ReadyRecording {
   CameraRig cameras;  // of the request, after refinement and ground
-  // Of this refinement or, without one, of the calibration.
+  // The record of this refinement or, without one, of the calibration.
   std::optional<RefinementRecord> record;
   std::optional<Refinement> refinement;  // one change per used view
   // Change of the world by the refinement of cameras, before the transformation

@@ -47,7 +47,7 @@ struct RecordingSurvey : SurveyTrial {
   int64_t frames_tried = 0;  // number of frames tracked for the report
 
   CameraRig cameras;  // in the unit determined
-  std::string unit;   // "auto" if the file's own unit is right
+  std::string unit;   // "auto": as specified by the file or the options
   // View -> camera: the configured map, or the pairing by order of names.
   std::map<std::string, std::string> map;
   // Names of the cameras, if not all in the file are used.
