@@ -440,8 +440,8 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
           : "kinegraph doctor INPUTS " + side + " --out=doctor_of_these";
   finding.evidence = fmt::format(
       "{} about frame {}{}: {}; the camera was moved during the recording: "
-      "track the two parts separately, the other frames with {}, these with "
-      "the cameras.json that the fix writes",
+      "track the two parts separately, one part with {} and the calibration as "
+      "it is, the other part with the fix or the cameras.json that it writes",
       after ? "from" : "before", from, after ? " on" : "", finding.evidence,
       other);
   return finding;
