@@ -115,7 +115,8 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
       for (const double offset : {together, 0.0}) {
         one.offset = offset;
         one.gain.after = with_others(one.Of(set_up.ideal[v], files, frames));
-        // Most of the frames must have a partner.
+        // At least three tenths of the frames that can have a partner at this
+        // rate must have one.
         const double most =
             std::min(1.0, one.factor) * one.gain.before.possible;
         if (one.gain.after.possible >= 0.3 * most && one.gain.is_enough() &&
