@@ -24,8 +24,8 @@ constexpr double kBestOfMany = 3.0;
 // the distances by only 7 %.
 constexpr double kCloser = 0.85;
 // The same for single views, over the pairs with this view: for one of five
-// views with a lag of three frames at 25 Hz, the reduction is 10 to 28 % if some
-// people stand still and errors are 8 px; with misoriented cameras no lag
+// views with a lag of three frames at 25 Hz, the reduction is 10 to 28 % if
+// some people stand still and errors are 8 px; with misoriented cameras no lag
 // exceeds 8 %. Verified on more frames than the search uses.
 constexpr double kOneCloser = 0.91;
 constexpr int kFramesToJudge = 120;
