@@ -373,7 +373,7 @@ void SayOutcome(const Recording& recording, const Session& session,
       summary.solves,
       recording.options.estimators.graph.ledger->NotConverged());
   if (!troubles.empty()) {
-    text += "solver " + summary.solver + ": " + troubles + "\n";
+    text += "solver " + summary.solver + ", " + troubles + "\n";
   }
   std::fputs(text.c_str(), said);
 }

@@ -343,7 +343,7 @@ class BatchEstimator final : public Estimator {
 
   // A bone leaves a joint seen by one view two possible positions on its ray,
   // and a joint seen by no view a whole sphere. Shortly after two views saw the
-  // joint, its motion determines which position is right; later the estimate
+  // joint, its motion determines which position is correct; later the estimate
   // may be wrong, which a local covariance cannot express. There the covariance
   // without bones is reported.
   void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* stated) {

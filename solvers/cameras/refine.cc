@@ -13,18 +13,18 @@ namespace kinegraph {
 namespace {
 
 // Minimum gain for which calibrated cameras are replaced. It does not apply if
-// a clock is late, because people at rest give no information about clocks and
-// reduce the mean gain.
+// a clock deviates (IsLate), because people at rest give no information about
+// clocks and reduce the mean gain.
 constexpr double kLeastShareOfGain = 0.01;
 // Clocks and cameras that are more correlated than this count as
 // indistinguishable.
 constexpr double kMostCorrelation = 0.95;
-// Minimum number of motion segments: some hundred measurements per view for up
-// to nine camera parameters each.
+// Minimum number of motion segments: a few hundred measurements per view for at
+// most nine parameters of its camera and clock.
 constexpr size_t kLeastSegments = 60;
 
-// Minimum clock error in frames. Smaller errors hardly matter, and the effect
-// of walking on a detector's bias looks the same.
+// Minimum clock error in frames. Smaller errors hardly matter, and cannot be
+// distinguished from a detector bias that depends on walking.
 constexpr double kLeastLateFrames = 0.15;
 constexpr double kLateSigmas = 4.0;
 
@@ -262,8 +262,8 @@ Refinement RefineScene(const CameraRig& cameras,
     both.drift = clocks.drift;
     StepTogether(cameras, segments, both, bundle, &refinement);
   }
-  // Tested last, because excluded cameras may gain only if clocks and cameras
-  // are corrected jointly.
+  // Tested last, because the fit in excluded cameras may improve only if clocks
+  // and cameras are corrected together.
   if (free.any_camera() && refinement.steps.back().taken &&
       !HelpsOthers(cameras, segments, free, bundle, refinement,
                    &refinement.steps.back())) {
@@ -309,8 +309,7 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
           recorded.capture_time +
           FromSeconds(offset_s +
                       drift * ToSeconds(recorded.capture_time - middle));
-      // The frame whose time is nearest; beyond the ends of the recording the
-      // difference is too large.
+      // The frame whose time is nearest, at most one frame interval away.
       auto at = std::lower_bound(
           frames.begin(), frames.end(), capture,
           [](const DetectionFrame& f, TimeNs time) { return f.time < time; });

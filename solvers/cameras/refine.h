@@ -21,18 +21,18 @@ FreeParameters CameraParametersOf(RefineKind kind);
 // ---- Views that are out of sync, according to a fit of the clocks ----
 
 // Median of a clock parameter over all views. The first view's clock is the
-// reference of a fit but may itself be wrong, so views count as late relative
-// to the median.
+// reference of a fit but may itself be wrong, so deviations of clocks are
+// measured from the median.
 double UsualClock(const std::vector<CameraChange>& changes, int place);
 
 // Whether the view's offset or drift (`place`; drift times `span_s`) deviates
-// by more than four standard deviations and more than 0.15 frames, but by less
-// than motion segments can determine (kFarthestClockS). `fit`: with free clocks
-// and fixed cameras.
+// from the median, in either direction, by more than four standard deviations
+// and more than 0.15 frames, but by less than motion segments can determine
+// (kFarthestClockS). `fit`: with free clocks and fixed cameras.
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s);
 
-// Whether any view's offset or drift is late.
+// Whether IsLate holds for the offset or drift of any view.
 bool AnyIsLate(const BundleResult& fit, double frame_s, double span_s);
 
 // One step of the refinement: the clocks, or the cameras.
@@ -50,8 +50,8 @@ struct Refinement {
   std::vector<CameraChange> changes;  // of the steps taken; one per view
   // Standard deviations of the changes; zero for parameters not estimated.
   std::vector<CameraChange> sigmas;
-  // Parameters of the steps taken and their joint covariance, view by view;
-  // empty if none was taken.
+  // Parameters of the steps taken and the covariance matrix of all of them,
+  // view by view; empty if none was taken.
   std::vector<std::vector<int>> places;  // one list per view
   Eigen::MatrixXd covariance;
   std::vector<RefineStep> steps;
@@ -64,7 +64,7 @@ struct Refinement {
   bool any_taken() const;
 };
 
-// Refines clocks first, then cameras, because a late clock looks like a shift
+// Refines clocks first, then cameras, because a clock error looks like a shift
 // in the direction of walking, which a change of the camera would absorb.
 Refinement RefineScene(const CameraRig& cameras,
                        const DetectionSequence& detections,
@@ -88,8 +88,8 @@ void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
                  Refinement* refinement);
 
 // The detections with each view's capture times corrected by its clock's offset
-// and drift. Detections whose time differs by more than half a frame from their
-// frame's move to the nearest frame.
+// and drift, in the frames nearest to the corrected times. Detections more than
+// one frame interval from any frame are dropped.
 DetectionSequence WithClocks(const DetectionSequence& detections,
                              const std::vector<CameraChange>& changes);
 

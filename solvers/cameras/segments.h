@@ -173,9 +173,9 @@ enum class Halving {
 SceneSegments HalfOf(const SceneSegments& segments, Halving halving, int half);
 
 // Interquartile range [m] of the joints' positions relative to each joint's
-// mean, along the direction in which people move most. Only segments seen by
-// three views count (by two, if there are only two), because a match of two
-// views fits any camera.
+// mean, along the direction in which people move most. Only segments seen by at
+// least three views count (by two, if there are only two), because a match of
+// two views fits any camera.
 double PlacesApart(const SceneSegments& scene);
 
 }  // namespace kinegraph

@@ -28,7 +28,7 @@ std::optional<Vector3d> LookedAt(const CameraRig& cameras) {
     pull += across * camera.centre();
   }
   // If axes differ by an angle a, the smallest eigenvalue is about a^2 / 2.
-  constexpr double kLeast = 1e-3;  // some three degrees
+  constexpr double kLeast = 1e-3;  // about three degrees
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(information);
   if (!(solver.eigenvalues()[0] > kLeast)) return std::nullopt;
   return Vector3d(information.inverse() * pull);

@@ -25,9 +25,10 @@ class CeresSolver {
   CeresSolver(CeresSolver&&) noexcept;
   CeresSolver& operator=(CeresSolver&&) noexcept;
 
-  // Runs the stages from the problem's states without changing which
-  // measurements are gated. States receive the minimum, measurements their
-  // weights there.
+  // Runs the stages from the problem's states. The measurements stay gated as
+  // they are, unless the cost is undefined at the start of a stage: then they
+  // are gated anew. States receive the minimum, measurements their weights
+  // there.
   // Ceres ends a stage at its start where the gradient is negligible
   // (GradientTolerance in the source), or when an undamped step moves no joint
   // by more than the schedule's tolerance. If a stage has no finite result, its

@@ -210,7 +210,7 @@ struct SolveSchedule {
 };
 
 struct SolveReport {
-  bool finite = true;     // false: the start was kept, the rest is meaningless
+  bool finite = true;     // false: the start was kept; others are meaningless
   bool converged = true;  // in the last stage
   int iterations = 0;     // block-tridiagonal
   int ceres_iterations = 0;
@@ -231,9 +231,9 @@ void GateMeasurements(JointChain* chain);
 void StoreWeights(const SolveStage& stage, JointChain* chain);
 
 // For a solve that ended before it converged, with `step` as its last step.
-// Frames whose position moved by 5 cm or more in that step have no usable
-// estimate: the weights of their measurements become 0. Returns the number of
-// these frames.
+// Frames whose position moved by 5 cm or more along any axis in that step have
+// no usable estimate: the weights of their measurements become 0. Returns the
+// number of these frames.
 int DoubtUnsettled(const StateChain& step, JointChain* chain);
 
 }  // namespace kinegraph

@@ -28,11 +28,11 @@ std::string DescribeTroubles(const SolveCounts& counts,
   std::string text;
   Append(counts.not_converged, "did not converge", &text);
   if (counts.not_converged > 0 && !where.empty()) text += " (" + where + ")";
-  Append(counts.not_finite, "have no finite solution", &text);
+  Append(counts.not_finite, "without finite solution", &text);
   Append(counts.bones_dropped, "continued without bones", &text);
-  Append(counts.no_covariance, "have no covariance", &text);
-  Append(counts.positions_in_doubt, "joint positions are uncertain", &text);
-  text = "of " + std::to_string(counts.solves) + " solves, " + text;
+  Append(counts.no_covariance, "without covariance", &text);
+  Append(counts.positions_in_doubt, "joint position(s) uncertain", &text);
+  text = "solves: " + std::to_string(counts.solves) + "; " + text;
   if (counts.not_converged > 0) {
     text +=
         "; a solve that did not converge stops after graph.max_iterations "

@@ -24,7 +24,8 @@ double RidgeOf(JointClass joint_class) {
   return kRidges[static_cast<size_t>(joint_class)];
 }
 
-// 0.975 quantile of Student's t; within 0.03 from five degrees of freedom on.
+// 0.975 quantile of Student's t; accurate to 0.06 from five degrees of freedom
+// on.
 double LimitOfStudent(double degrees_of_freedom) {
   return 1.96 + 2.5 / (degrees_of_freedom - 0.5);
 }
@@ -345,8 +346,8 @@ std::vector<BiasView> ViewsOf(const BiasJoints& joints,
 void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
                       double frame_rate_hz, const ErrorCorrelation& correlation,
                       const PersonProblem& solved, BiasSeries* series) {
-  // Errors of neighbouring frames are correlated: ten samples a second contain
-  // all the information.
+  // Errors of neighbouring frames are correlated: ten samples per second
+  // contain nearly all the information.
   constexpr double kPeriodS = 0.1;
   // As close to the period as the frame times permit.
   const TimeNs look_after = FromSeconds(kPeriodS - 0.5 / frame_rate_hz);

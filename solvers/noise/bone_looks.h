@@ -34,7 +34,7 @@ struct BoneEnd {
   // The solver's estimate, on which the frame's own noise has hardly any
   // influence.
   Eigen::Vector3d estimate_m = Eigen::Vector3d::Zero();
-  // For the modelled noise of the pixels.
+  // Covariance of position_m under the modelled noise of the pixels.
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
   // Sum of squared residuals in sigmas and its degrees of freedom (2 x views -
   // 3), which show how accurate the modelled noise is.

@@ -72,9 +72,9 @@ class BoneSpreads {
   // joint.
   void AddFrame(const std::vector<std::optional<BoneEnd>>& ends);
 
-  // nullopt while there are too few observations and no population length.
-  // Recomputed when the observations have grown by a tenth, so that calls in
-  // every frame are cheap.
+  // Without a population length, nullopt while there are too few observations
+  // or if these do not exceed their noise. Recomputed when the observations
+  // have grown by a tenth, so that calls in every frame are cheap.
   std::optional<BoneEstimate> Estimate(int bone_idx) const;
 
  private:

@@ -138,8 +138,8 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place) {
 }
 
 // Also runs the filters backwards in time and averages the log-evidence: a
-// filter detects a rise of the level some frames late, and late levels make the
-// smoother lag.
+// filter detects a rise of the level only after some frames, and a delayed
+// level makes the smoother lag.
 void PersonNoise::LookBack() {
   std::vector<FilterBank> banks;
   banks.reserve(static_cast<size_t>(joint_count()));

@@ -1,6 +1,7 @@
 // Estimates the size and correlation time of a detector's errors in a recording
 // from the residuals of joints triangulated frame by frame, independent of
-// motion; and one factor of all sigmas from the residuals of estimates.
+// motion; and a common factor for all sigmas from the residuals of the final
+// estimate.
 #ifndef KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 
@@ -39,8 +40,8 @@ struct TriangulationResiduals {
 // Factor of the modelled sigma, by class of joint. For n views with 2 n - 3
 // degrees of freedom, the 0.3 quantile of the squares is matched, because
 // outliers hardly affect low quantiles. Classes with few observations are
-// shrunk towards the person's scale, and this towards 1. Uses bins of 2 %, so
-// memory does not grow and the result is available at any time.
+// shrunk towards the person's scale, and this towards 1. Uses bins of 2 % of
+// sigma, so memory does not grow and the result is available at any time.
 class NoiseScales {
  public:
   NoiseScales();
@@ -69,8 +70,8 @@ class NoiseScales {
 };
 
 // Learns the correlation from pairs of residuals of one joint in one view, up
-// to a quarter of a second apart, in frames without outliers in which the same
-// number of views saw the joint.
+// to a quarter of a second (at least three frames) apart, in frames without
+// outliers in which the same number of views saw the joint.
 class CorrelationLearner {
  public:
   CorrelationLearner(int joint_count, int view_count, double frame_rate_hz);
@@ -98,15 +99,15 @@ class CorrelationLearner {
 
   const int view_count_;
   const double frame_s_;
-  // By joint and view: the last quarter of a second, newest last.
+  // By joint and view: the residuals within the longest lag, newest last.
   std::vector<std::vector<Past>> pasts_;
   std::vector<Lag> lags_;  // for lags of 1, 2, .. frames
 };
 
 // Appends to `squares` the squared whitened residuals |r|^2 of a chain's frames
-// `begin` .. `end` - 1 at its states, each divided by its expected value
-// relative to a known state, 1 - trace(J C J') / 2 (C: covariance of the
-// state).
+// `begin` .. `end` - 1 at its states. Fitting the state, whose covariance is C,
+// reduces the expected |r|^2 from 2 to 2 - trace(J C J'); each square is
+// divided by the ratio of the two.
 void CollectSquares(const JointChain& chain,
                     const std::vector<Matrix6d>& covariances, size_t begin,
                     size_t end, std::vector<double>* squares);

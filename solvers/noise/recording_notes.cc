@@ -34,13 +34,14 @@ void AddClass(const LearntNoise::OfClass& from, LearntNoise::OfClass* to) {
   to->joints_seen += from.joints_seen;
 }
 
-// Throws if a learnt value is not finite or negative, which is an internal
+// Throws if a learnt value is negative or not finite, which is an internal
 // error.
 void RequireFinite(const LearntNoise& learnt) {
   const auto require = [](double value, const char* what) {
     if (std::isfinite(value) && value >= 0.0) return;
     throw std::logic_error(
-        std::string("the noise learnt from the recording is not finite: ") +
+        std::string(
+            "the noise learnt from the recording is negative or not finite: ") +
         what +
         "; this is a bug in kinegraph, please report it with the recording");
   };

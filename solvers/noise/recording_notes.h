@@ -62,9 +62,9 @@ class RecordingNotes {
   // Where a new person stores the noise learnt for it.
   std::shared_ptr<LearntNoise> NewPerson();
 
-  // The noise of all people with results: geometric means weighted by the
-  // joints seen, and the least and greatest process noise of any person. No
-  // other thread may write meanwhile.
+  // The noise of all people with results: means weighted by the joints seen,
+  // geometric for sigmas and process noise, and the least and greatest process
+  // noise of any person. No other thread may write meanwhile.
   LearntNoise Noise() const;
 
  private:

@@ -143,7 +143,7 @@ void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
   if (ledger_ != nullptr) ledger_->Add(counts, first_frame, last_frame);
   if (counts.AllWell()) return;
   const std::string line = "a person in frames " + std::to_string(first_frame) +
-                           " to " + std::to_string(last_frame) + ": " +
+                           " to " + std::to_string(last_frame) + ", " +
                            DescribeTroubles(counts);
   // Slow convergence of the reweighting alone does not deserve a warning;
   // states that were still moving far do.

@@ -363,7 +363,7 @@ ViewStep StepOf(const ViewResiduals& view) {
   return step;
 }
 
-// Mean over the bins on one side of a step.
+// Mean of the residuals on one side of a step.
 double MeanOf(const ViewResiduals& view, const ViewStep& step, bool worse) {
   double sum = 0.0;
   double count = 0.0;
@@ -562,7 +562,8 @@ class RigEstimate {
     return fit_.usable;
   }
 
-  // Alternates between matching and fitting; false if a fit fails.
+  // Alternates between matching and fitting; false if a fit fails or if fewer
+  // than two views are matched in the end.
   bool Adjust() {
     double best = 0.0;
     const auto rounds = [&](int most, int segments, bool clocks,
@@ -573,8 +574,8 @@ class RigEstimate {
         if (!Fit(segments, clocks)) return false;
         Take();
         // Wrong matches may move the cameras away from the solution. If the
-        // agreement of all people, which does not depend on matches, falls, the
-        // round is undone.
+        // agreement of all people, which does not depend on matches, falls by
+        // more than a fifth, the round is undone.
         const std::vector<double> agreements =
             AgreementsOfViews(cameras_, aligned_);
         const double sum =
@@ -914,7 +915,7 @@ class RigEstimate {
         centre_m > kMostPlace * result_.size_m) {
       return fmt::format(
           "its pose is too uncertain: sigmas of {:.1f} degrees and {:.1f} % of "
-          "the rig's size, permitted are {:.1f} and {:.1f}",
+          "the rig's size, the limits are {:.1f} and {:.1f}",
           rotation_deg, 100.0 * centre_m / result_.size_m, kMostRotationDeg,
           100.0 * kMostPlace);
     }
@@ -1245,7 +1246,7 @@ class RigEstimate {
   DetectionSequence aligned_;
   RigStart start_;
   FrozenMatches matches_;
-  // Of the last fit.
+  // Results of the last fit.
   SceneSegments segments_;
   FreeParameters free_;
   BundleResult fit_;

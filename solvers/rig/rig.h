@@ -77,8 +77,8 @@ struct RigResult {
   std::vector<RigView> views;        // one per view of the detections
   // The joined views: their indices, cameras (the scale assumes a stature; the
   // world is the frame of the first joined camera), the parameters estimated
-  // for each camera (indices of CameraChange) and the joint covariance of all
-  // parameters.
+  // for each camera (indices of CameraChange) and the covariance matrix of the
+  // parameters of all cameras.
   std::vector<int> used;
   CameraRig cameras;
   std::vector<std::vector<int>> places;

@@ -210,7 +210,7 @@ class Joiner {
     const std::vector<double> lengths = LengthsByDepth(edge);
     constexpr size_t kLeast = 40;
     if (lengths.size() >= kLeast) return std::exp(Median(lengths));
-    // No person is seen by three views: assume the same body size.
+    // Too few joints are seen by three views: assumes the same body size.
     const double body = BodyOf(tracklets_, edge, bones_);
     return body > 0.0 ? body_ / body : 1.0;
   }

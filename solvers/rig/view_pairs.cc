@@ -11,8 +11,8 @@ namespace {
 
 constexpr size_t kMostTracklets = 16;  // longest tracklets of a view searched
 constexpr int kLagsTried = 6;          // in addition to lag 0
-// Because steps repeat, lags whose likeness is close to the best are tried too,
-// up to twenty.
+// Because steps repeat, lags at which the motions are nearly as similar as at
+// the best lag are tried too, up to twenty.
 constexpr double kNearlyAlike = 0.75;
 constexpr int kMostLagsTried = 20;
 constexpr int kDraws = 160;  // random samples per lag
@@ -22,7 +22,7 @@ constexpr int kDraws = 160;  // random samples per lag
 constexpr int kLarge = 3;
 constexpr int kRefined = 3;  // number of best poses refined per lag
 // Sampson distances from which joints gain nothing, in units of the person's
-// size (some 1.8 m): 0.1 m during the search, half of that at the end.
+// size (about 1.8 m): 0.1 m during the search, half of that at the end.
 constexpr double kWide = 0.06;
 constexpr double kNarrow = 0.03;
 constexpr double kScale = 0.012;  // of the robust loss
@@ -179,9 +179,9 @@ class PairSearch {
     TryLags(lags.likely, &found);
     // A person who walks in circles at a constant speed looks, some strides
     // later, like a person seen from another direction. Many wrong lags then
-    // explain one person equally well, and the right lag, which explains all
-    // people, may have a lower likeness than the wrong ones, so all lags are
-    // searched.
+    // explain one person equally well, and at the right lag, which explains all
+    // people, the motions may be less similar than at the wrong ones, so all
+    // lags are searched.
     pair.evidence = BestOf(found).score;
     pair.rival = RivalTo(BestOf(found), found);
     if (pair.is_undecided()) TryLags(lags.others, &found);
@@ -214,10 +214,10 @@ class PairSearch {
 
   struct LagsToTry {
     std::vector<int> likely;
-    std::vector<int> others;  // local maxima of lower likeness
+    std::vector<int> others;  // local maxima of lower similarity
   };
 
-  // Lag 0, then the local maxima of the likeness of motion, the best first.
+  // Lag 0, then the local maxima of the similarity of motions, the best first.
   LagsToTry MakeLagsToTry() const {
     const int step = signals_.step();
     const auto reach = static_cast<int>(options_.longest_lag_s *

@@ -1,5 +1,5 @@
-// Joint search for the relative pose of two views, the lag between their clocks
-// and the matches of their tracklets.
+// Searches simultaneously for the relative pose of two views, the lag between
+// their clocks and the matches of their tracklets.
 #ifndef KINEGRAPH_SOLVERS_RIG_VIEW_PAIRS_H_
 #define KINEGRAPH_SOLVERS_RIG_VIEW_PAIRS_H_
 
@@ -41,7 +41,8 @@ struct PairFit {
   // degrees.
   double rival = 0.0;
 
-  // Rank of the pair when views are joined.
+  // Score [s] by which pairs are ranked when views are joined, the greatest
+  // first.
   double lead() const { return evidence - 0.5 * rival; }
   // Whether another lag or pose explains nearly as much. For recorded people
   // the rival has up to two thirds of the evidence (typically a fifth), for

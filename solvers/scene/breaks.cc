@@ -122,8 +122,8 @@ struct ClockJump {
 };
 
 // Estimates of each view's offset by time bin, assuming that the other views
-// are right. A bin is a fortieth of the recording, but at least half a second,
-// the duration of a step in walking.
+// are correct. A bin is a fortieth of the recording, but at least half a
+// second, the duration of a step in walking.
 std::vector<LevelBins> OffsetBins(const CameraRig& cameras,
                                   const SceneSegments& segments,
                                   const SegmentOptions& options) {
@@ -173,11 +173,11 @@ SceneSegments Moved(const SceneSegments& segments, const ClockJump& jump) {
 
 // The clearest jump of one view's clock, or nullopt. For each view the clock's
 // offset is estimated in short time bins (Gauss-Newton steps on the segments
-// with their states eliminated, assuming that the other views are right). A
-// jump is modelled as two levels, about a whole number of frames apart, that
-// explain the bins better than offset and drift.
+// with their states eliminated, assuming that the other views are correct). A
+// jump is modelled as two levels that explain the bins better than offset and
+// drift; their difference is rounded to whole frames.
 std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
-  // Six standard deviations, because some forty splits of several views are
+  // Six standard deviations, because about forty splits of several views are
   // tested. A step that a drift explains nearly as well is rejected.
   constexpr double kSigmas = 6.0;
   constexpr double kLeastGain = 25.0;
@@ -440,8 +440,8 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
           : "kinegraph doctor INPUTS " + side + " --out=doctor_of_these";
   finding.evidence = fmt::format(
       "{} about frame {}{}: {}; the camera was moved during the recording: "
-      "track the two parts separately, the other frames with {}, these with "
-      "the cameras.json that the fix writes",
+      "track the two parts separately, one part with {} and the calibration as "
+      "it is, the other part with the fix or the cameras.json that it writes",
       after ? "from" : "before", from, after ? " on" : "", finding.evidence,
       other);
   return finding;
@@ -451,7 +451,7 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
 
 // A jump is accepted if correcting it reduces the residuals of the matches and
 // if it is still found after refining the orientation of the cameras: if people
-// turn round, a wrongly oriented camera appears late for a while.
+// turn round, a wrongly oriented camera seems to lag for a while.
 std::optional<Answer> AskForJump(const SetUp& set_up) {
   if (!MoveEnough(set_up.segments)) return std::nullopt;
   const auto jump = FindClockJump(set_up);

@@ -119,7 +119,7 @@ struct Residuals {
   // times. They are estimated together, because a person walking in one
   // direction confounds the two.
   void Describe(CameraCheck::View* view) const {
-    // Slower motion reflects the detector's bias rather than the time.
+    // At lower speeds the detector's bias exceeds the effect of a clock error.
     constexpr double kLeastSpeedMps = 0.3;
     view->x_px = Quantile(x_px, 0.5);
     view->y_px = Quantile(y_px, 0.5);

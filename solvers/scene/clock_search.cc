@@ -24,8 +24,8 @@ constexpr double kBestOfMany = 3.0;
 // the distances by only 7 %.
 constexpr double kCloser = 0.85;
 // The same for single views, over the pairs with this view: for one of five
-// views that is three frames late at 25 Hz, the reduction is 10 to 28 % if some
-// people stand still and errors are 8 px; with misoriented cameras no lag
+// views with a lag of three frames at 25 Hz, the reduction is 10 to 28 % if
+// some people stand still and errors are 8 px; with misoriented cameras no lag
 // exceeds 8 %. Verified on more frames than the search uses.
 constexpr double kOneCloser = 0.91;
 constexpr int kFramesToJudge = 120;
@@ -223,8 +223,9 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   if (views < 2) return search;
   const auto count = static_cast<int>(ideal[0].frames.size());
   const int reach = std::min(max_lag, count / 3);
-  // At high frame rates lags are tried in steps of three frames or a twentieth
-  // of a second, in which people hardly move.
+  // For a large range of lags, i.e. at high frame rates, lags are tried in
+  // steps of max_lag / 200 (a twentieth of a second for the default of ten
+  // seconds), in which people hardly move, and of at least three frames.
   int step = max_lag > 300 ? std::max(3, max_lag / 200) : 1;
   const int lags_tried = 2 * reach / step + 1;
   const std::vector<int> searched =

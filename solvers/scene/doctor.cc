@@ -120,8 +120,8 @@ class Doctor {
     set_up_.Look();
     if (set_up_.frames.empty() || set_up_.cameras.size() < 2) {
       Note(
-          "nothing was examined: there is no frame in which two views see six "
-          "joints of a person");
+          "nothing was examined: this needs frames in which two views see "
+          "people with at least six joints (all, for smaller skeletons)");
       return Closed(DoctorVerdict::kNotExamined);
     }
     Ask(Stage::kTwins);

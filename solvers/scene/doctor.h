@@ -25,8 +25,8 @@ struct DoctorInput {
   DetectionSequence detections;
   double frame_rate_hz = 0.0;
   // Standard deviations of the cameras and their clocks, if the calibration
-  // reports them; else empty. Changes within three of them are mentioned but
-  // not applied.
+  // reports them; else empty. Changes within three standard deviations are
+  // mentioned but not applied.
   std::vector<CameraChange> stated_sigma;
   // How the file's lengths were read: units per metre (1, 100, 1000), and
   // whether cameras.unit may change that.
@@ -59,7 +59,8 @@ struct Finding {
   double after_px = 0.0;    // with the fix
   std::string fix;          // a command, or what to do
   std::string evidence;     // a sentence, with figures
-  // Whether it exceeds a detector's bias; otherwise it is only mentioned.
+  // False if the detector's bias or the stated uncertainty of the calibration
+  // could be as large: then the finding is only mentioned, not applied.
   bool significant = true;
 };
 
@@ -78,9 +79,9 @@ const char* ToString(DoctorVerdict verdict);
 struct Diagnosis {
   DoctorVerdict verdict = DoctorVerdict::kSound;
   bool sound() const { return verdict == DoctorVerdict::kSound; }
-  std::vector<Finding> findings;  // the most certain first within a stage
-  CameraRig cameras;              // corrected; as DoctorInput::cameras
-  double stature_m = 0.0;         // of the people, as read; 0: unknown
+  std::vector<Finding> findings;  // in the order in which they were found
+  CameraRig cameras;       // corrected, in the order of DoctorInput::cameras
+  double stature_m = 0.0;  // of the people, as read; 0: unknown
   // Further observations: statures, matches, residuals. One sentence each.
   std::vector<std::string> notes;
 };

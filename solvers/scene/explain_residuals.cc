@@ -74,7 +74,8 @@ class Explainer {
   const std::vector<Finding>& findings() const { return findings_; }
   const std::vector<CameraChange>& changes() const { return changes_; }
 
-  // Applies what explains the residuals best; false if nothing does.
+  // Applies the model that explains the residuals best. False if none does, or
+  // if the best one cannot be distinguished from the detector's bias.
   bool Explain() {
     std::vector<Explanation> explanations;
     std::vector<Explanation> doubtful;
@@ -202,7 +203,7 @@ class Explainer {
     return std::count(views->begin(), views->end(), 1) > 0;
   }
 
-  // A view counts as late only if it remains late when cameras may rotate
+  // A clock counts as wrong only if it still deviates when cameras may rotate
   // freely: if people turn round, a wrongly oriented camera resembles a clock
   // error.
   std::optional<Explanation> Clock(Explanation one) const {
@@ -216,8 +217,8 @@ class Explainer {
     beside.free.rotation = true;
     if (!Keep(&one.moves, is_late(Fit(beside, {})))) return std::nullopt;
     one.gain = Cross(Halving::kTime, one.model, {});
-    // Some of the late views must gain, because a person walking in one
-    // direction confounds lag and bias.
+    // The fit of some views with deviating clocks must improve, because a
+    // person walking in one direction confounds a clock error and a bias.
     constexpr double kLeastOfLate = 0.1;
     std::vector<char> gaining = one.moves;
     const bool holds = one.gain.all.certain() &&
@@ -369,8 +370,8 @@ class Explainer {
                        [](JointClass one) { return one == JointClass::kHip; });
   }
 
-  // Number of independent biases of a view: joint classes, times people, at
-  // most three.
+  // Number of independent biases of a view: joint classes, times people (at
+  // most three are counted).
   double CellCount(size_t view) const {
     std::set<int> classes;
     std::map<int, int> people;
@@ -515,9 +516,9 @@ class Explainer {
 // camera, another focal length or lens) to one half of the recording, evaluates
 // it on the other, and applies the one that explains most.
 //
-// With a single walking person, a late clock is indistinguishable from a
-// shifted image: clocks and cameras compete. The one that explains most is
-// applied first; the other may explain the rest.
+// With a single walking person, a clock offset is indistinguishable from a
+// shifted image, so clocks and cameras compete: the fault that explains most is
+// corrected first, and the other may explain the remaining residuals.
 std::optional<Answer> AskResiduals(const SetUp& set_up) {
   Explainer explainer(set_up);
   for (int round = 0; round < 2; ++round) {

@@ -269,7 +269,7 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   const ClockSearch clocks =
       SearchClocks(set_up.cameras, set_up.ideal, set_up.LongestLag());
   if (!clocks.found()) return std::nullopt;
-  // A shifted image makes a person walking in one direction appear late.
+  // A shifted image makes a person walking in one direction appear to lag.
   if (AMovedImageHelps(set_up)) return std::nullopt;
   const double sureness =
       AgreementGain::Sureness(clocks.moved.gain(), clocks.all.after.score());
@@ -336,8 +336,8 @@ bool AgreesByMoreThanChance(const SetUp& set_up) {
 
 // No reading and no clock makes the views agree.
 std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
-  // The views of sound recordings agree to 0.5 or more; unrelated people of two
-  // views to about 0.1 (docs/doctor.md).
+  // Views of recordings without faults agree to 0.5 or more; unrelated people
+  // of two views to about 0.1 (docs/doctor.md).
   constexpr double kUnrelated = 0.2;
   const PairAgreement& as_read = set_up.agreement;
   if (set_up.readings_changed > 0 || as_read.score() > kUnrelated ||
@@ -405,8 +405,8 @@ std::optional<Answer> AskForUnit(const SetUp& set_up) {
 
 // ---- With the tracker's matches ----
 
-// Views with hardly any matches. These few are wrong, so the views are excluded
-// from the hypotheses that follow.
+// Views with hardly any matches. The few matches are wrong, so the views are
+// excluded from the hypotheses that follow.
 std::optional<Answer> AskForStrangers(const SetUp& set_up) {
   Answer answer;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
@@ -426,7 +426,8 @@ std::optional<Answer> AskForStrangers(const SetUp& set_up) {
 
 // People faster than any human: the frame rate is lower than specified.
 std::optional<Answer> AskForSpeed(const SetUp& set_up) {
-  // A recording whose specified rate makes it too short has few segments.
+  // With a specified rate that is much too high, the recording is so short that
+  // it has few segments.
   constexpr size_t kEnough = 20;
   const Skeleton& skeleton = set_up.detections.header.skeleton;
   if (!IsHuman(skeleton)) return std::nullopt;

@@ -42,7 +42,7 @@ class SetUp {
   std::vector<int> frames;
   PairAgreement agreement;
   void Look();
-  // Views that agree this well cannot gain from another reading.
+  // No other reading is searched if the views agree this well.
   bool AgreeAlready() const { return agreement.score() >= 0.85; }
 
   // Segments of the tracker's matches with these cameras and detections; empty
@@ -95,9 +95,9 @@ struct Answer {
 // applied, and all are asked again.
 enum class Stage {
   kFiles,      // the frames of the files, without cameras
-  kTwins,      // views with one calibration
+  kTwins,      // two views with the same calibration
   kReadings,   // reinterpretations of files, images and clocks of the views
-  kWorld,      // the remaining examinations without tracking
+  kWorld,      // the remaining examinations before the recording is tracked
   kStrangers,  // with the tracker's matches: views without matches
   kJumps,      // with the matches: images that were lost
   kMatches,    // with the matches: residuals

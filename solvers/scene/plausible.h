@@ -37,8 +37,8 @@ inline bool IsWorkingDistance(double distance_m) {
 inline constexpr double kMaxBodySpeed = 12.5;
 
 // Longest interval between two frames over which people can be followed [s]:
-// beyond kHole, people walk out of the gates; beyond kLongestGapS, motion is
-// not continuous.
+// beyond kHole, people may leave the region in which the tracker searches for
+// them; beyond kLongestGapS, motion is not continuous.
 inline constexpr double kHole = 0.4;
 inline constexpr double kLongestGapS = 1.0;
 

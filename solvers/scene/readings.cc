@@ -32,7 +32,7 @@ const std::vector<PoseReading>& PoseReadings() {
        }},
       {"the translation is the camera's position in the world",
        [](CameraParameters* camera) { camera->t = -(camera->R * camera->t); }},
-      {"the camera's position is a translation",
+      {"the camera's position in the file is a translation",
        [](CameraParameters* camera) {
          camera->t = -(camera->R.transpose() * camera->t);
        }},
@@ -45,7 +45,7 @@ const std::vector<PoseReading>& PoseReadings() {
          camera->t = columns * (columns * camera->t);
          camera->R.transposeInPlace();
        }},
-      // As in computer graphics.
+      // The convention of computer graphics.
       {"the camera's y points up and its z backwards",
        [](CameraParameters* camera) {
          const Eigen::Vector3d up(1.0, -1.0, -1.0);
@@ -297,7 +297,7 @@ std::vector<std::vector<int>> Permutations(size_t views) {
   return permutations;
 }
 
-// Possible scale factors of the camera matrices, judged by the first one.
+// Possible scale factors of the camera matrices, judged by the first camera.
 std::vector<double> ImageScales(const SetUp& set_up) {
   std::vector<double> factors = {0.25,      1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75,
                                  4.0 / 3.0, 1.5,       2.0, 3.0,       4.0};
@@ -349,7 +349,7 @@ std::vector<Reading> Neighbours(const SetUp& set_up, const Reading& from) {
 // comes close, the remaining frames are not examined.
 bool SomeMayBeBetter(const SetUp& set_up) {
   constexpr size_t kFew = 8;
-  constexpr double kChance = 0.06;  // random error of the agreement in so few
+  constexpr double kChance = 0.06;  // random error of their agreement
   const std::vector<int> few = Evenly(set_up.frames, kFew);
   ReadingJudge judge(set_up.cameras, set_up.raw, few);
   Reading as_read(set_up.cameras.size());
@@ -363,9 +363,9 @@ bool SomeMayBeBetter(const SetUp& set_up) {
   return false;
 }
 
-// The readings under which the views agree much better than under `as_read`,
-// and equally well, the simplest first. Changes one thing at a time, at most
-// twice.
+// If the views agree much better under another reading than under `as_read`:
+// the best reading and those within kEqual of it, the simplest first. A reading
+// may differ in two respects, which are found one after the other.
 std::vector<Reading> BetterReadings(const SetUp& set_up, Reading* as_read) {
   constexpr double kEqual = 0.025;
   constexpr int kRounds = 2;

@@ -167,7 +167,7 @@ void KeepMostSeen(std::vector<ViewPeople::Person>* people) {
   people->resize(kMostPeople);
 }
 
-// As many of the frames as yield enough people.
+// Selects as many of the frames as yield enough people.
 std::vector<int> FramesToPlace(const std::vector<ViewPeople>& ideal,
                                const std::vector<int>& frames) {
   constexpr size_t kEnoughPlaced = 1500;

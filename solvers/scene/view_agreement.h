@@ -31,8 +31,8 @@ struct ViewPeople {
 };
 
 // In raw pixels, with joints of at least kMinJointConfidence; people with fewer
-// than six such joints are ignored. Keeps at most a hundred people per image,
-// those with the most joints.
+// than six such joints (all, for smaller skeletons) are ignored. Keeps at most
+// a hundred people per image, those with the most joints.
 std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections);
 
 // In ideal pixels, undistorted by each view's camera.
@@ -96,7 +96,7 @@ struct AgreementGain {
   PairAgreement after;
 
   double gain() const { return after.score() - before.score(); }
-  // In recordings without faults, wrong readings never exceeded the right one
+  // In recordings without faults, wrong readings never exceeded the correct one
   // by this much; the best of many readings gains a few hundredths by chance.
   // Two views of one person agree to 0.6 to 0.9.
   static constexpr double kLeastGain = 0.08;
@@ -140,8 +140,8 @@ double ComparisonsOfAll(const std::vector<ViewPeople>& views,
 
 // Frames to examine: up to `count`, evenly spaced among those in which two or
 // more views see people. Fewer, but at least two, if comparing all pairs of
-// views `repeats` times would need more than some four million comparisons of
-// two people, a tenth of a second.
+// views `repeats` times would need more than about four million comparisons of
+// two people, which take a tenth of a second.
 std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views, int count,
                                 int repeats = 1);
 
@@ -152,7 +152,7 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
 
 // A person on whom two views agree, triangulated [m]; joints as in ViewPeople.
 // PlacePeople uses all compared pairs of views, in as many of the frames as
-// yield some 1,500 people.
+// yield about 1,500 people.
 struct PlacedPerson {
   int frame = 0;
   size_t view_a = 0;

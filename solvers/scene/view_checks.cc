@@ -42,8 +42,8 @@ struct OtherRate {
     shown.number = std::llround(factor * stated + offset);
     shown.earlier =
         stated - (static_cast<double>(shown.number) - offset) / factor;
-    // Of two equally near frames, the later one is used, as when the recording
-    // is read.
+    // A view's frame midway between two frames belongs to the earlier one, as
+    // when the recording is read.
     if (shown.earlier >= 0.5 || shown.earlier < -0.5) return std::nullopt;
     return shown;
   }
@@ -115,7 +115,8 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
       for (const double offset : {together, 0.0}) {
         one.offset = offset;
         one.gain.after = with_others(one.Of(set_up.ideal[v], files, frames));
-        // Most of the frames must have a partner.
+        // At least three tenths of the frames that can have a partner at this
+        // rate must have one.
         const double most =
             std::min(1.0, one.factor) * one.gain.before.possible;
         if (one.gain.after.possible >= 0.3 * most && one.gain.is_enough() &&
@@ -303,8 +304,8 @@ constexpr std::array kRatios = {1.0,       0.5,  2.0, 2.0 / 3.0, 1.5, 0.75,
                                 4.0 / 3.0, 0.25, 4.0, 1.0 / 3.0, 3.0};
 
 double SimpleRatio(double scale) {
-  // Relative error of a focal length or of a camera's distance that is not a
-  // scaled video.
+  // A smaller relative deviation from 1 is an error of the focal length or of
+  // the camera's distance rather than a scaled video.
   constexpr double kFocal = 0.08;
   if (std::abs(std::log(scale)) < kFocal) return 1.0;
   constexpr double kNear = 0.03;
@@ -394,7 +395,7 @@ std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
   std::optional<OtherImage> best;
   for (size_t v = 0; v < cameras.size(); ++v) {
     const PairAgreement before = set_up.WithOthers(v);
-    // A view that agrees was not scaled.
+    // A view that agrees better than the average was not scaled.
     if (before.score() > set_up.agreement.score()) continue;
     std::vector<ImageFit> fits;
     for (const PlacedPerson& person : people) {

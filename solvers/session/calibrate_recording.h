@@ -28,7 +28,7 @@ struct KnownLength {
 
 struct CalibrationInput {
   CameraRig cameras;  // intrinsics, with the names of the views
-  // As in RigInput.
+  // See RigInput for these.
   double focal_sigma = 0.0;
   bool focal_stated = false;
   bool lenses_known = true;

@@ -17,7 +17,7 @@ namespace kinegraph {
 class SkeletonFit;
 
 // Examines the requested frames. The tracker runs with the options' association
-// and the paper's estimator in either mode. `recorded`: the clocks and
+// and the estimator that serves it (FeedbackOf). `recorded`: the clocks and
 // covariance recorded with the request's cameras, applied as in a run. Throws
 // what PrepareScene throws.
 Diagnosis DiagnoseRecording(
@@ -34,7 +34,7 @@ std::optional<Finding> FindingOfSkeleton(
     const SkeletonFit& fit, const std::vector<const Skeleton*>& skeletons);
 
 // Tracks detections of the scene's views with its cameras, in one pass with the
-// paper's estimator, and freezes the matches.
+// estimator that serves association (FeedbackOf), and freezes the matches.
 FrozenMatches MatchRecording(const RunOptions& options, const SceneModel& scene,
                              const DetectionSequence& detections);
 

@@ -57,7 +57,7 @@ struct RunOptions {
 };
 
 // The options as the run's mode interprets them: paper mode counts a track's
-// life in frames of 25 Hz and never backfills, associates again, extrapolates
+// life in frames of 25 Hz and never backfills, bridges gaps, runs a second pass
 // or links, regardless of the keys; graph mode counts seconds. Every run
 // applies this; it is idempotent.
 RunOptions WithRulesOfMode(RunOptions options);

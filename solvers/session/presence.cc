@@ -108,7 +108,7 @@ void PresenceLearner::Compare(int view_a, const Ideal& a, int view_b,
 
 double PresenceLearner::LeastConfidence() const {
   // Robust estimates tolerate a quarter of outliers: with three views, at least
-  // two are right in five of six cases.
+  // two are correct in five of six cases.
   constexpr double kMostAstray = 0.25;
   constexpr int64_t kEnough = 50;
   // Higher confidence implies fewer errors: neighbouring bins that contradict

@@ -43,14 +43,14 @@ std::unique_ptr<CameraUncertainty> UncertaintyOf(
 
 struct ReadyRecording {
   CameraRig cameras;  // of the request, after refinement and ground
-  // Of this refinement or, without one, of the calibration.
+  // The record of this refinement or, without one, of the calibration.
   std::optional<RefinementRecord> record;
   std::optional<Refinement> refinement;  // one change per used view
   // Change of the world by the refinement of cameras, before the transformation
   // to the floor; nullopt if no camera was changed.
   std::optional<WorldMotion> world_motion;
   std::optional<Ground> ground;
-  bool misses_ground = false;  // requested, but too few feet were at rest
+  bool misses_ground = false;  // requested, but GroundOf found none
   // The requested frames of all views with corrected clocks; nullopt:
   // unchanged.
   std::optional<DetectionSequence> detections;
@@ -60,8 +60,10 @@ struct ReadyRecording {
   }
 };
 
-// Refines the parameters that the options request, from the matches of one
-// tracking run; if clocks are requested, after a search for whole-frame lags.
+// Refines the parameters that the options request, from the matches of a
+// tracking run and, if any were refined, again from those of a second run with
+// the refined parameters. If clocks are requested, whole-frame lags are
+// searched first.
 // Throws what PrepareScene throws.
 ReadyRecording RefineRecording(const RunOptions& options,
                                const RunRequest& request,

@@ -21,7 +21,8 @@ namespace kinegraph {
 struct RecordingFacts {
   double stature_m = 0.0;       // of untracked people matched between views
   double body_speed_mps = 0.0;  // 95th percentile, mid-hip
-  // Greatest speed covered by gates in metres; 0: gates in other units.
+  // Greatest speed covered by gates in metres; 0: gates in other units, or
+  // association predicts motion.
   double followed_mps = 0.0;
   std::vector<double> holes_s;  // frame intervals longer than kHole, in order
   // Number of times the clock stopped or stepped back.
@@ -49,14 +50,14 @@ double JointsOf17(const Detection& detection, const Skeleton& skeleton);
 
 // The number of joints, of 17, that should be required of a new person if
 // detections typically have `joints_of_17`; nullopt if `least`, the current
-// requirement, is low enough. If two views each miss a third of the joints,
-// half of the joints are common.
+// requirement, is low enough. Two views that each miss a third of the joints
+// have about half of the joints in common.
 std::optional<int> FewerJoints(double joints_of_17, double least);
 
 // Recommended gates.speed_mps [m/s] for people who move at `body_speed_mps`, if
-// gates cover speeds up to `followed_mps`; nullopt if that suffices. Gates must
-// cover the distance moved between two frames, and limbs are faster than the
-// body.
+// gates cover speeds up to `followed_mps`; nullopt if that suffices or if the
+// body's speed is implausible. Gates must cover the distance moved between two
+// frames, and limbs are faster than the body.
 std::optional<double> FasterGate(double body_speed_mps, double followed_mps);
 
 // Median height of the people, weighted by their frames; 0 if unknown.

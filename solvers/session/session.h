@@ -109,7 +109,7 @@ class Session {
   const SubjectScale& scale() const;
   // After Finish: data that the output estimators learnt from the recording
   // (graph.pixel_noise_from, graph.process_noise_from, graph.view_bias). ToJson
-  // (solvers/noise/learnt_noise.h) converts the first to JSON.
+  // (solvers/noise/learnt_noise.h) converts learnt_noise() to JSON.
   LearntNoise learnt_noise() const;
   ViewBias view_bias() const;
   // After Finish: the changes of identities by linking, then the corrections.

@@ -56,10 +56,10 @@ class Limbs {
 };
 
 // Determines the scale from the first ten frames in which two views agree on
-// subjects: the median stature of people, estimated from their limbs, or the
-// median size of other subjects, estimated from the distances between their
-// joints. The scale is 1 for people between 0.5 and 2.3 m and for subjects that
-// cannot be measured.
+// subjects (of at most 30 in which two views show any): the median stature of
+// people, estimated from their limbs, or the median size of other subjects,
+// estimated from the distances between their joints. The scale is 1 for people
+// between 0.5 and 2.3 m and for subjects that cannot be measured.
 class SubjectGauge {
  public:
   // `cameras`: one per view of the frames. `stated_m`: the known size, or 0 if

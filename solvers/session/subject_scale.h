@@ -30,8 +30,8 @@ class SubjectScale {
   bool is_one() const { return metres_ == 1.0; }
 
   CameraRig IntoRun(const CameraRig& cameras) const;
-  // Scales options that are positions in the world, and a known bias of the
-  // detector.
+  // Scales options that are distances or positions in the world, and a known
+  // bias of the detector.
   RunOptions IntoRun(RunOptions options) const;
   TrackFrame IntoRun(TrackFrame frame) const {
     return Times(1 / metres_, frame);

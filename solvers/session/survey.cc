@@ -111,7 +111,7 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   request.cameras = cameras;
   request.without_cameras = asked.without_cameras;
   request.kept_matches = KeptMatches::kDetections;
-  options.refine = RefineOptions();  // needs the whole recording
+  options.refine = RefineOptions();  // refinement needs the whole recording
   // As configured, but with backfill, without which a dozen frames are too few
   // to measure people, and with linking, which the written configuration
   // enables.

@@ -47,7 +47,7 @@ struct RecordingSurvey : SurveyTrial {
   int64_t frames_tried = 0;  // number of frames tracked for the report
 
   CameraRig cameras;  // in the unit determined
-  std::string unit;   // "auto" if the file's own unit is right
+  std::string unit;   // "auto": as specified by the file or the options
   // View -> camera: the configured map, or the pairing by order of names.
   std::map<std::string, std::string> map;
   // Names of the cameras, if not all in the file are used.
@@ -58,10 +58,12 @@ struct RecordingSurvey : SurveyTrial {
   std::optional<int> min_joints;
 };
 
-// Reads cameras and detections and tracks up to 250 frames in which two views
-// show people: with the calibration's own unit and, if people's heights are
-// then implausible, with other units. Throws InputError if something cannot be
-// read or paired, or if the frame rate, which is never guessed, is unknown.
+// Reads cameras and detections and tracks up to 250 frames from the first one
+// in which two views show people (if heights cannot be measured there, the 250
+// with the most joints): with the calibration's own unit and, if people's
+// heights are then implausible, with other units. Throws InputError if
+// something cannot be read or paired, or if the frame rate, which is never
+// guessed, is unknown.
 RecordingSurvey SurveyRecording(const SurveyRequest& request);
 
 }  // namespace kinegraph

@@ -43,7 +43,7 @@ TEST(SolveCounts, AllWellUnlessAFailureIsCounted) {
     SolveCounts one = counts;
     one.*trouble = 1;
     EXPECT_FALSE(one.AllWell());
-    EXPECT_THAT(DescribeTroubles(one), StartsWith("of 5 solves, 1 "));
+    EXPECT_THAT(DescribeTroubles(one), StartsWith("solves: 5; 1 "));
   }
 }
 
@@ -73,21 +73,21 @@ TEST(DescribeTroubles, NamesOnlyTheCountedFailures) {
   counts.not_finite = 2;
   counts.no_covariance = 3;
   EXPECT_EQ(DescribeTroubles(counts, "frames that are not of interest"),
-            "of 40 solves, 2 have no finite solution, 3 have no covariance");
+            "solves: 40; 2 without finite solution, 3 without covariance");
   counts.bones_dropped = 4;
   counts.positions_in_doubt = 5;
   const std::string text = DescribeTroubles(counts);
   EXPECT_THAT(text, HasSubstr(", 4 continued without bones"));
-  EXPECT_THAT(text, HasSubstr(", 5 joint positions are uncertain"));
+  EXPECT_THAT(text, HasSubstr(", 5 joint position(s) uncertain"));
   EXPECT_THAT(text, Not(HasSubstr("max_iterations")));
 }
 
 TEST(DescribeTroubles, ReportsNonConvergenceWithFramesAndAdvice) {
   const std::string somewhere = DescribeTroubles(NotConvergedOnce());
-  EXPECT_THAT(somewhere, StartsWith("of 1 solves, 1 did not converge; "));
+  EXPECT_THAT(somewhere, StartsWith("solves: 1; 1 did not converge; "));
   EXPECT_THAT(somewhere, HasSubstr("--set=graph.max_iterations="));
   EXPECT_THAT(DescribeTroubles(NotConvergedOnce(), "frames 3 to 9"),
-              StartsWith("of 1 solves, 1 did not converge (frames 3 to 9); "));
+              StartsWith("solves: 1; 1 did not converge (frames 3 to 9); "));
 }
 
 TEST(SolveLedger, IsInitiallyEmpty) {

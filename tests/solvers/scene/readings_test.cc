@@ -41,7 +41,7 @@ TEST(Readings, PoseConventionsAreIdentified) {
        [=](const Camera& c) { return pose(c, c.R().transpose(), c.centre()); }},
       {"the translation is the camera's position in the world",
        [=](const Camera& c) { return pose(c, c.R(), c.centre()); }},
-      {"the camera's position is a translation",
+      {"the camera's position in the file is a translation",
        [=](const Camera& c) { return pose(c, c.R(), -(c.R() * c.t())); }},
       {"the rotation is transposed",
        [=](const Camera& c) { return pose(c, c.R().transpose(), c.t()); }},
