@@ -18,7 +18,7 @@ struct ParityOptions {
   std::vector<FrameRange> frames;  // empty: all
 };
 
-// The greatest distance between the two, or a joint that one lacks.
+// The joint with the greatest distance between the two results.
 struct WorstJoint {
   double distance_m = 0.0;
   int64_t frame = 0;

@@ -90,7 +90,8 @@ def edges_of(sets, nodes):
         ends = [nodes.index(n) if n in nodes else len(nodes) for n in names]
     for end in ends:
         if not (0 <= end < len(nodes) and end == int(end)):
-            place = name if name == "edge_inds" else "edge_names: node"
+            by_name = "edge_names: name that node_names lacks, as an index"
+            place = name if name == "edge_inds" else by_name
             sets.fail(place, f"found {end:.0f}, expected 0 .. {len(nodes) - 1}")
     return [[int(a), int(b)] for a, b in zip(ends[::2], ends[1::2])]
 
