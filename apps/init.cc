@@ -104,7 +104,7 @@ std::string CamerasText(const CameraRig& cameras) {
   const double distance_m = WorkingDistance(cameras);
   std::string text = fmt::format(
       "cameras     {}, {}, focal length about {:.0f} px\n"
-      "            mean distance to the point at which the cameras look: "
+      "            median distance to the point at which the cameras look: "
       "{:.1f} m\n",
       cameras.size(), SizesOf(cameras),
       PixelsPerMetre(cameras, distance_m) * distance_m, distance_m);
