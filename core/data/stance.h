@@ -37,14 +37,15 @@ class Stance {
   void See(const PersonPose& person);
 
   // The unit vector that points up; nullopt if unknown. The first that applies:
-  // - the direction in which people stand, if their lowest joints are at one
-  //   height along it but not along other directions;
-  // - the stated axis or, without one, the cameras' upward direction
-  //   (UpOfCameras), if fewer than 80 % of the people stand in one direction;
+  // - among the directions in which people stand, the stated axis and the
+  //   cameras' upward direction (UpOfCameras): the one along which people's
+  //   lowest joints are at one height, if they are not along the others;
+  // - the stated axis or, without one, the cameras' upward direction, if fewer
+  //   than 80 % of the people stand in one direction;
   // - the stated axis, unless people stand at more than 50 degrees to it and
   //   cannot be lying;
-  // - the direction in which people stand, unless it contradicts the cameras or
-  //   they may be lying.
+  // - the direction in which people stand, unless it contradicts the cameras
+  //   or, without cameras, they may be lying in a world with z up.
   // A person whose hands are clearly above the shoulders may be standing on
   // them and is ignored.
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;
