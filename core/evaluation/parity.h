@@ -33,7 +33,7 @@ struct ParityResult {
   Share near;
   Share very_near;
   int64_t joints_missing = 0;  // in the reference only
-  int64_t joints_extra = 0;    // in the other only
+  int64_t joints_extra = 0;    // in the tracks only
   WorstJoint worst;            // among joints that both have
   // Whether the pairs of all frames map identities one-to-one.
   bool identities_one_to_one = true;
