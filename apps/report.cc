@@ -295,7 +295,8 @@ std::string SummaryText(const PageData& data, size_t page_bytes) {
   }
   if (data.extras_stride > 1) {
     text += fmt::format(
-        "decimated: one frame in {} of these has detections and covariances\n",
+        "decimated: one frame in {} of the page has detections and "
+        "covariances\n",
         data.extras_stride);
   }
   for (const std::string& note : data.notes) text += note + "\n";
