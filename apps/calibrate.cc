@@ -41,9 +41,9 @@ DEFINE_string(image_size, "",
 DEFINE_string(focal, "",
               "focal length [px] of all views, or one per view: PX[,PX...]; "
               "without it fields of view of 40 to 90 degrees are tried");
-DEFINE_double(
-    focal_error, 1.0,
-    "standard deviation of the given focal lengths [%]; 0: they are exact");
+DEFINE_double(focal_error, 1.0,
+              "standard deviation of the given focal lengths [%]; 0: they are "
+              "exact, the default with --cameras");
 DEFINE_bool(in_step, false,
             "the cameras share a trigger, so their clocks agree");
 DEFINE_double(scale, 0.0, "height of the people [m]");

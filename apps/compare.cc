@@ -58,10 +58,9 @@ DEFINE_string(
 DEFINE_string(strategies, "", "strategies to run: a,b,...; empty: all");
 DEFINE_string(baseline, kinegraph::kDefaultBaseline,
               "the strategy that all others are compared with");
-DEFINE_bool(
-    tune, false,
-    "choose every strategy's parameters by held-out error: on each of two "
-    "folds for the other");
+DEFINE_bool(tune, false,
+            "choose every strategy's parameters by held-out error; each of two "
+            "folds is scored with the values chosen on the other");
 DEFINE_string(folds, "",
               "two frame ranges A:B,C:D; empty: the halves of the recording "
               "with 25 unused frames between them");

@@ -17,9 +17,10 @@ DEFINE_string(to, "",
               "format of the result; empty: the format of tracks that has the "
               "extension of --out, such as .c3d");
 DEFINE_string(in, "", "file or folder to read");
-DEFINE_string(out, "",
-              "file to write, or folder for formats of several files; with "
-              "NAME.trc one file for a single person");
+DEFINE_string(
+    out, "",
+    "file to write, or folder for formats of several files (TRC: one per "
+    "person; NAME.trc writes one file and needs one person, see --person)");
 DEFINE_string(skeleton, "", "skeleton of the input if it does not specify it");
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] if the input does not specify it");
@@ -28,11 +29,10 @@ DEFINE_string(unit, "",
               "specify it (BVH): m, cm or mm");
 DEFINE_string(image_size, "",
               "image size [px] of a calibration without one: W,H");
-DEFINE_string(
-    axes, "",
-    "world axes that become the file's X,Y,Z, such as x,-z,y; applies to "
-    "whichever of result and input has a format with its own axes (see "
-    "--formats), else to the input");
+DEFINE_string(axes, "",
+              "world axes that become the file's X,Y,Z, such as x,-z,y; "
+              "applies to the result and to the input, each if its format has "
+              "its own axes (see --formats); if neither has, to the input");
 DEFINE_string(markers, "ours",
               "names of the joints in formats that name them: ours (l_hip), "
               "pose2sim (LHip, Hip) or opensim (LHip, midHip)");

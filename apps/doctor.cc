@@ -86,8 +86,8 @@ DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   if (recording.header.frame_rate_hz > 0.0) return recording;
   options->input.frame_rate_hz = 25.0;
   *note =
-      "no frame rate is given (input.frame_rate): 25 Hz is assumed, and clock "
-      "errors in ms are proportional to the true frame interval";
+      "no frame rate is given (input.frame_rate): 25 Hz is assumed; multiply "
+      "clock errors in ms by 25 Hz / true frame rate";
   return ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
 }
 

@@ -368,7 +368,7 @@ void RunHeldOut() {
                               FLAGS_reference, runs, frames, folds}));
 }
 
-// Runs the protocol and rejects flags that belong only to others.
+// Runs the protocol and rejects flags that belong only to other protocols.
 void RunEvaluate() {
   UseAdapterFlag();
   RequireFlag("protocol", FLAGS_protocol);

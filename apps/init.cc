@@ -63,8 +63,8 @@ std::string SizesOf(const CameraRig& cameras) {
   return fmt::format("{} x {} px", first.width_px(), first.height_px());
 }
 
-// A note if people are not upright along the axis that conversion to formats
-// with y up expects; BVH represents these formats.
+// A note if people would not stand upright after conversion to a format with y
+// up, such as BVH, whose axes are used here.
 std::string UprightText(const RecordingSurvey& survey,
                         const RunOptions& options) {
   if (options.refine.ground != GroundKind::kOff) return "";
@@ -74,8 +74,8 @@ std::string UprightText(const RecordingSurvey& survey,
   return "upright     " + note->text + ":\n            " +
          (note->axes.empty() ? ""
                              : "--axes=" + note->axes +
-                                   " of `track` and `convert` stands them up, "
-                                   "or\n            ") +
+                                   " of `track` and `convert` makes people "
+                                   "upright, or\n            ") +
          "--set=cameras.ground=feet aligns the world with the floor if enough "
          "feet rest on it\n";
 }
@@ -104,7 +104,8 @@ std::string CamerasText(const CameraRig& cameras) {
   const double distance_m = WorkingDistance(cameras);
   std::string text = fmt::format(
       "cameras     {}, {}, focal length about {:.0f} px\n"
-      "            distance to the point at which they look {:.1f} m\n",
+      "            median distance to the point at which the cameras look: "
+      "{:.1f} m\n",
       cameras.size(), SizesOf(cameras),
       PixelsPerMetre(cameras, distance_m) * distance_m, distance_m);
   // Missing distortion coefficients displace joints even if the views agree.
@@ -149,9 +150,9 @@ std::string FindingsText(const RecordingSurvey& survey,
   text += WarningsText(report);
   if (survey.cameras_are_off || survey.clocks_are_off) {
     text += fmt::format(
-        "with this configuration `track` refines {} ([cameras]) if that fits "
-        "the other half of\nthe recording better; `doctor` looks for the "
-        "cause\n",
+        "with this configuration `track` refines {} ([cameras]) if parameters "
+        "fitted to one\nhalf of the recording also fit the other half better; "
+        "`doctor` looks for the cause\n",
         !survey.clocks_are_off   ? "cameras"
         : survey.cameras_are_off ? "cameras and clocks"
                                  : "clocks");
@@ -222,8 +223,10 @@ std::string ConfigText(const RecordingSurvey& survey) {
                                       "  # from people's height\n";
   if (survey.cameras_are_off || survey.clocks_are_off) {
     text +=
-        "# Some cameras or clocks appear to be off: refined if this fits the\n"
-        "# other half of the recording better.\n";
+        "# Some cameras or clocks appear to be off: they are refined if "
+        "parameters\n"
+        "# fitted to one half of the recording also fit the other half "
+        "better.\n";
   }
   if (survey.cameras_are_off) text += "refine = \"pose\"\n";
   if (survey.clocks_are_off) text += "refine_clock = true\n";
@@ -244,7 +247,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
   if (survey.min_joints.has_value()) {
     text += fmt::format(
         "\n[initialisation]\n"
-        "min_common_joints = {0}  # of 17: the detections show few\n"
+        "min_common_joints = {0}  # of 17: the detections have few joints\n"
         "min_joints = {0}\n",
         *survey.min_joints);
   }

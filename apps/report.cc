@@ -222,7 +222,7 @@ int64_t FrameCount(const PageInput& input) {
   return static_cast<int64_t>(input.results.front().tracks.frames.size());
 }
 
-// "; cam1: 12 frames are not in its video"
+// "cam1: 12 frames are not in its video", one line per view.
 std::string WhatVideosLack(const ViewImages& images, const PageInput& input) {
   std::string text;
   for (size_t v = 0; v < images.videos.size(); ++v) {
@@ -285,17 +285,18 @@ std::string SummaryText(const PageData& data, size_t page_bytes) {
         {", covariances ", data.covariance_bytes}}) {
     if (bytes > 0) extras += name + Megabytes(bytes);
   }
-  std::string text =
-      fmt::format("{} frames, {} poses, {} moments, {} (data {}{}) -> {}\n",
-                  data.frames, data.poses, data.moments, Megabytes(page_bytes),
-                  Megabytes(data.json.size()), extras, FLAGS_out);
+  std::string text = fmt::format(
+      "{} frames, {} poses, {} worst moments, {} (data {}{}) -> {}\n",
+      data.frames, data.poses, data.moments, Megabytes(page_bytes),
+      Megabytes(data.json.size()), extras, FLAGS_out);
   if (data.frame_stride > 1) {
     text +=
         fmt::format("decimated: one frame in {} is kept\n", data.frame_stride);
   }
   if (data.extras_stride > 1) {
     text += fmt::format(
-        "decimated: detections and covariances of one frame in {} are kept\n",
+        "decimated: one frame in {} of the page has detections and "
+        "covariances\n",
         data.extras_stride);
   }
   for (const std::string& note : data.notes) text += note + "\n";

@@ -30,8 +30,8 @@ struct Task {
 };
 
 // The tasks in the order of the manifest: all configurations of a recording,
-// then the next recording. Throws InputError for a configuration that cannot be
-// read.
+// then the next recording. Throws InputError if one of the small files exists
+// but cannot be read.
 std::vector<Task> TasksOf(const Manifest& manifest);
 
 enum class TaskState {

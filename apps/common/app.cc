@@ -35,8 +35,8 @@ std::string ProgramName(const AppInfo& info) {
   return "kinegraph-" + info.command;
 }
 
-// Flags defined in a source file of apps/. glog and gflags define some forty of
-// their own, which the commands do not offer.
+// Flags defined in a source file of apps/. glog and gflags define about forty
+// more, which the commands do not offer.
 bool IsOwnFlag(const gflags::CommandLineFlagInfo& flag) {
   const std::string path = "/" + flag.filename;
   return path.find("/apps/") != std::string::npos;

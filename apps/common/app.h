@@ -1,4 +1,4 @@
-// What all commands share: flags, exit codes, the error message of one line.
+// What all commands share: flags, exit codes and one-line error messages.
 //
 //   DEFINE_string(cameras, "", "calibration file");
 //

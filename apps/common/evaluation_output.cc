@@ -67,7 +67,7 @@ std::string PcpTable(const PcpResult& result,
   const std::vector<int64_t> actors = result.Actors();
   const std::string headline =
       fmt::format("{}", fmt::join(result.HeadlineActors(), ", "));
-  Table table(RowOf("part, % (right/all)", CellsOf(actors, ActorName),
+  Table table(RowOf("part, % (correct/all)", CellsOf(actors, ActorName),
                     "mean of " + headline + " [interval]",
                     "pooled " + headline));
   for (const PcpGroup group : kPcpGroups) {
@@ -86,7 +86,7 @@ std::string PcpTable(const PcpResult& result,
   return table.ToString();
 }
 
-// Number of parts of each kind that every actor lost.
+// For each actor, the number of incorrect parts of each kind.
 std::string LostTally(const PcpResult& result) {
   const std::vector<int64_t> actors = result.Actors();
   std::map<std::pair<int, int64_t>, int64_t> lost;
@@ -174,7 +174,7 @@ constexpr std::array<const char*, kHeldOutFigureCount> kFigureKeys = {
     "median_px", "p90_px", "p97_px", "mean_truncated_px"};
 
 struct HeldOutRow {
-  std::string kind;  // "all", "without face", "class", "view"
+  std::string kind;  // "all", "without_face", "class", "view"
   std::string name;
   HeldOutFilter filter;
 };
@@ -266,8 +266,8 @@ EvaluationOutput DescribeParity(const ParityResult& result,
   };
   table.AddRow({within(options.near_m), exactly(result.near)});
   table.AddRow({within(options.very_near_m), exactly(result.very_near)});
-  table.AddRow({"joints missing", Count(result.joints_missing)});
-  table.AddRow({"joints too many", Count(result.joints_extra)});
+  table.AddRow({"missing joints", Count(result.joints_missing)});
+  table.AddRow({"extra joints", Count(result.joints_extra)});
   std::string worst_cell = Fixed(result.worst.distance_m * kMmPerM, 4);
   Json worst = {{"distance_m", result.worst.distance_m}};
   if (result.worst.distance_m > 0.0) {
@@ -423,8 +423,9 @@ EvaluationOutput DescribeIdentity(const IdentityResult& result) {
       {"person-frames", fmt::format("{} for {}", result.found_person_frames,
                                     result.true_person_frames)});
   if (result.hidden_person_frames > 0) {
-    count("hidden in truth", result.hidden_person_frames);
-    count("  found there, not counted", result.on_hidden_people);
+    count("hidden in the ground truth, person-frames",
+          result.hidden_person_frames);
+    count("  poses on hidden people, not counted", result.on_hidden_people);
   }
   if (result.beside_annotations > 0) {
     count("found near no annotated person, not counted",
@@ -496,7 +497,7 @@ EvaluationOutput DescribeConsistency(const ConsistencyResult& result) {
   if (result.all.covered.total == 0) {
     return {"", nullptr};
   }
-  Table table({"covariances", "joints", "RMSE, mm", "stated, mm",
+  Table table({"joint status", "joints", "RMSE, mm", "RMS by covariance, mm",
                "in 95 % ellipsoid, %", "NEES / 3"});
   Json json = Json::object();
   for (const ConsistencyRow* row : {&result.observed, &result.inferred}) {

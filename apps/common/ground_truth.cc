@@ -52,8 +52,9 @@ bool IsUpright(const TrackSequence& tracks) {
   return !StanceOf(tracks).UpUnlike(Eigen::Vector3d::UnitZ()).has_value();
 }
 
-// The command or flag that corrects the axes of the truth; of the tracks if
-// only their people are not upright along z.
+// Advice on wrong axes: the command that corrects the truth, or the tracks if
+// only the people of the tracks are not upright along z; for a mirror image,
+// that --axes cannot correct it.
 std::string AxesAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                        const OtherWorld& other) {
   if (other.is_mirrored()) return "a mirror image, which --axes cannot correct";
@@ -69,8 +70,8 @@ std::string AxesAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                      axes);
 }
 
-// The remedy for a wrong unit, for the recording whose format does not specify
-// it; --unit would apply to both.
+// Advice on a wrong unit. Suggests `convert` for the file whose format has no
+// unit, because --unit would apply to both files.
 std::string UnitAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                        const OtherWorld& other) {
   for (const auto& [recording, factor] :

@@ -119,16 +119,16 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
       PartIn(request.folds, PartIn(request.frames, std::move(scored.set)));
   if (scored.set.detections.empty()) {
     throw InputError(
-        "held-out set: no detection to score" +
+        "held-out set: no detection to score in the requested frames" +
         std::string(request.held_out_set.empty()
-                        ? "; does --reference hold matches (track it with "
-                          "output.observations = true)?"
-                        : " in the requested frames"));
+                        ? "; --reference, if given, must contain matches "
+                          "(track it with output.observations = true)"
+                        : ""));
   }
   return scored;
 }
 
-// A run without a view, and the detector's bias that it learnt.
+// A run with one view left out, and the detector bias that it estimated.
 struct HeldOutRun {
   TrackSequence tracks;
   ViewBias bias;
@@ -143,8 +143,8 @@ void CheckRuns(const HeldOutInput& input) {
   }
   if (!request.folds.empty()) {
     throw InputError(
-        "--folds does not apply to --runs: their bias was learnt when they "
-        "were made");
+        "--folds does not apply to --runs: the detector bias of existing runs "
+        "was learnt when they were made");
   }
   if (request.runs.size() != input.views().size()) {
     throw InputError(fmt::format(
@@ -153,7 +153,7 @@ void CheckRuns(const HeldOutInput& input) {
   }
 }
 
-// Reads or tracks the run without a view.
+// Reads or tracks the run that leaves out `view`.
 HeldOutRun RunOf(const HeldOutInput& input, int view) {
   HeldOutRun run;
   const HeldOutRequest& request = input.request;

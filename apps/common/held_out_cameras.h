@@ -1,5 +1,5 @@
 // The protocol held_out_camera: each camera in turn is left out entirely, and
-// its detections are compared with the tracks of the others.
+// its detections are compared with the tracks made from the other cameras.
 #ifndef KINEGRAPH_APPS_COMMON_HELD_OUT_CAMERAS_H_
 #define KINEGRAPH_APPS_COMMON_HELD_OUT_CAMERAS_H_
 

@@ -18,7 +18,8 @@
 namespace kinegraph {
 namespace {
 
-// Read by InputStop if a signal should first end the input.
+// The pipe that InputStop reads, if the first signal should only end the input;
+// -1: none.
 std::atomic<int> end_of_input[2] = {{-1}, {-1}};
 
 void Say(const std::string& line) {

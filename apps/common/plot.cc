@@ -98,7 +98,8 @@ void SetAxis(const std::string& name, const PlotAxis& axis, bool any_point,
       names.empty() ? "autofreq" : fmt::format("({})", fmt::join(names, ", ")));
 }
 
-// A series with marks and error bars at the positions where they are drawn.
+// The gnuplot commands and data of one series; bars of several series are drawn
+// side by side.
 class SeriesScript {
  public:
   // `block` is the name of its data block; `bar`: its index among `bars`.

@@ -44,7 +44,8 @@ std::string ProgressLine(const std::string& label, int64_t done, int64_t total,
     const double share = static_cast<double>(done) / static_cast<double>(total);
     line += "/" + std::to_string(total) + "  " +
             std::to_string(static_cast<int>(100.0 * share)) + " %";
-    // Before the first second and the first step an estimate would be unstable.
+    // In the first second, and before the first step is done, an estimate would
+    // be unstable.
     if (done > 0 && done < total && elapsed_s >= 1.0) {
       line += "  " + Duration(elapsed_s * (1.0 - share) / share) + " left";
     }

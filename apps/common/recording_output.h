@@ -14,8 +14,8 @@
 
 namespace kinegraph {
 
-// Completes fixes that are commands with the flags that name the recording and
-// its configuration and, where a command writes them, the corrected cameras.
+// Adds to each fix that is a command the flags for the recording, its
+// configuration and, if a command writes corrected cameras, these.
 void NameInputs(const std::string& recording, const std::string& configuration,
                 const std::string& corrected, std::vector<Finding>* findings);
 // `--name='value'` preceded by a space; empty without a value.
@@ -32,15 +32,17 @@ std::string ReportJson(const RecordingReport& report, const RunSummary& run,
 
 // The steps of refinement with each decision and its reason; each camera's
 // change with its standard deviation in degrees, millimetres, pixels, per cent,
-// milliseconds, parts per million; and the subsequent rotation of the whole
-// world. From this, a later run can repeat the refinement.
+// milliseconds, parts per million; the resulting displacement, rotation and
+// scale of the world; and the floor, if it was determined. From this, a later
+// run can repeat the refinement.
 std::string RefinementJson(const ReadyRecording& recording);
 
 // The matrix as a list of its rows.
 Json RowsJson(const Eigen::MatrixXd& matrix);
 
 // One line per step, "rotation: accepted, held-out residual 7.31 px instead of
-// 9.02 px", and one for the floor.
+// 9.02 px", and lines for whole-frame clock offsets, the changed world frame
+// and the floor.
 std::string RefinementText(const ReadyRecording& recording);
 
 }  // namespace kinegraph

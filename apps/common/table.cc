@@ -93,7 +93,8 @@ std::string ToMarkdown(std::vector<Cells> rows) {
   return text;
 }
 
-// A number, or the dash of Fixed, which spreadsheets do not treat as a formula.
+// A number, or the dash that Fixed returns for NaN: spreadsheets do not treat
+// these as formulas.
 bool IsFigure(const std::string& cell) {
   double value = 0.0;
   const char* const end = cell.data() + cell.size();

@@ -89,7 +89,7 @@ void TrackOutput::Finish() {
     lost_fields.push_back(note->text + ": " +
                           (note->axes.empty() ? "--set=cameras.ground=feet"
                                               : "--axes=" + note->axes) +
-                          " stands them up");
+                          " makes people upright");
   }
   tracks_.header.skeleton = WithMarkerNames(tracks_.header.skeleton, markers_);
   format_->write(files_.Aside(path_), tracks_, options_, &lost_fields);

@@ -86,9 +86,9 @@ using FoldValues = std::vector<StrategyValues>;
 // with its own values.
 struct StrategyRun {
   TrackSequence tracks;  // empty after scoring
-  // Positions only. A joint is marked as observed where two of its views passed
-  // the joints filter. This does not depend on the strategy, so that smoothness
-  // is compared on the same joints.
+  // Positions only. A joint is marked as observed where at least two of its
+  // views passed the joints filter. This does not depend on the strategy, so
+  // that smoothness is compared on the same joints.
   TrackSequence alike;
   int64_t cpu_ns = 0;
   int64_t person_frames = 0;  // passed to the estimators

@@ -135,9 +135,10 @@ std::string HeldOutTable(const CompareResult& result) {
       result,
       {IntervalOf(kHeldOut, "mean [px]"), DifferenceOf(kHeldOut),
        VerdictOf(kHeldOut),
-       ValueOf("held_out_common_px", "joints that all predict"),
+       ValueOf("held_out_common_px", "joints that every strategy predicts"),
        VerdictOf("held_out_common_px"),
-       ValueOf("held_out_common_median_px", "joints that all predict, median"),
+       ValueOf("held_out_common_median_px",
+               "joints that every strategy predicts, median"),
        ValueOf("held_out_median_px", "median"),
        ValueOf("held_out_p90_px", "90th"), ValueOf("held_out_p97_px", "97th"),
        ValueOf("predicted_percent", "predicted [%]")});
@@ -679,8 +680,9 @@ std::string CompareMarkdown(const CompareResult& result,
   const std::string consistency = ConsistencyTable(result);
   if (!consistency.empty()) {
     text += "\n## Coverage of the covariances\n\n" + consistency +
-            "\nIdeal are a coverage of 95 % and a NEES per degree of freedom "
-            "of 1. Held-out residuals are normalised by J Sigma J' + sigma^2, "
+            "\nThe ideal values are a coverage of 95 % and a NEES per degree "
+            "of freedom of 1. Held-out residuals are normalised by J Sigma J' "
+            "+ sigma^2, "
             "with sigma from the table [graph] of the configuration.\n";
   }
   if (!result.lag_sweep.empty()) {

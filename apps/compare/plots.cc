@@ -144,7 +144,7 @@ Trajectory TrajectoryOf(const TrackSequence& tracks, TrackId id, int joint) {
   return trajectory;
 }
 
-// Indices [first, end) of the two seconds in which the joint moves farthest.
+// Indices [first, end) of the two seconds in which the joint's path is longest.
 std::pair<size_t, size_t> LiveliestPart(const Trajectory& trajectory,
                                         double rate_hz) {
   const size_t count = trajectory.position_m.size();

@@ -23,7 +23,7 @@
 namespace kinegraph {
 namespace {
 
-// Keeps only joints seen by two views.
+// Keeps only observed joints (two or more inlier views).
 TrackSequence ObservedAlone(TrackSequence tracks) {
   for (TrackFrame& frame : tracks.frames) {
     for (PersonPose& person : frame.people) {
@@ -37,7 +37,7 @@ TrackSequence ObservedAlone(TrackSequence tracks) {
   return tracks;
 }
 
-// One series per actor, with units defined by the truth.
+// One series per actor; its RatioUnits are the true person-frames.
 std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
                                      double PersonError::*error) {
   std::map<int64_t, RatioSeries> actors;
@@ -327,12 +327,14 @@ void AddHeldOutMeasures(const StrategyScores& own,
                         const StrategyScores& baseline, MeasureList* list) {
   list->Ratio({kHeldOut, "held-out error, mean of min(error, 30 px)", "px", 2},
               {own.held_out_errors}, {baseline.held_out_errors});
-  list->Ratio({"held_out_common_px",
-               "held-out error of the joints that all predict", "px", 2},
-              {own.held_out_common}, {baseline.held_out_common});
+  list->Ratio(
+      {"held_out_common_px",
+       "held-out error of the joints that every strategy predicts", "px", 2},
+      {own.held_out_common}, {baseline.held_out_common});
   list->Plain(
       {"held_out_common_median_px",
-       "held-out error of the joints that all predict, median", "px", 2},
+       "held-out error of the joints that every strategy predicts, median",
+       "px", 2},
       own.held_out_common_median_px);
   for (const auto& [figure, key, title] :
        {std::tuple{HeldOutFigure::kMedian, "median", "median"},
@@ -430,10 +432,11 @@ void AddBalanceMeasures(const std::vector<SmoothingBalance>& joints,
                         MeasureList* list) {
   const SmoothingBalance all = PooledBalance(joints);
   for (const auto& [key, title, value_m] :
-       {std::tuple{"motion_error_mm", "error within a second", all.error_m},
+       {std::tuple{"motion_error_mm", "error of motion, segments of 1 s, RMS",
+                   all.error_m},
         {"motion_removed_mm", "motion removed or delayed", all.removed_m},
         {"noise_kept_mm", "noise kept", all.kept_m},
-        {"attainable_error_mm", "attainable error within a second",
+        {"attainable_error_mm", "attainable error of motion (Wiener filter)",
          all.attainable_m}}) {
     list->Plain({prefix + key, std::string(title) + by, "mm", 1},
                 kMmPerM * value_m);
@@ -457,7 +460,8 @@ void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
   list->Plain(
       {"truth_nees_per_dof", "NEES per degree of freedom, truth", "", 2},
       own.truth_consistency.nees_per_dof);
-  AddBalanceMeasures(own.truth_balance, "truth_", ", by the truth", list);
+  AddBalanceMeasures(own.truth_balance, "truth_",
+                     ", measured against the truth", list);
   AddDerivativeMeasures(*own.derivatives, *baseline.derivatives, list);
   if (!own.angles.empty()) AddAngleMeasures(own.angles, baseline.angles, list);
 }
@@ -599,7 +603,8 @@ std::vector<StrategyScores> ScoreStrategies(
   // Scoring counts as one more step.
   Progress progress(what,
                     static_cast<int64_t>(strategies.size() * (pieces + 1)));
-  // One at a time, so that the scores do not accumulate in memory.
+  // One strategy at a time, so that the tracks and held-out errors of only one
+  // are in memory.
   for (size_t s = 0; s < strategies.size(); ++s) {
     StrategyScores& scores = all[s];
     std::vector<HeldOutScores> parts(views * folds);

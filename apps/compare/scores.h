@@ -77,9 +77,9 @@ struct BalanceBasis {
 };
 BalanceBasis MakeBalanceBasis(const Comparison& comparison);
 
-// Runs and scores all strategies in parallel on the comparison's threads,
-// except for the lags (Score). Results do not depend on the number of threads.
-// `what` labels the progress.
+// Runs and scores the strategies one after another, each on all of the
+// comparison's threads, except for the lags (Score). Results do not depend on
+// the number of threads. `what` labels the progress.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const std::string& what = "scoring",
@@ -130,7 +130,8 @@ struct StrategyResult {
 struct LagPoint {
   size_t result_idx = 0;
   int lag_frames = 0;
-  // Distance between their positions of joints seen by two views [m].
+  // Distance between the two results' positions of joints that are observed
+  // (seen by at least two views) in both [m].
   double median_m = 0.0, p95_m = 0.0, p99_m = 0.0;
 };
 

@@ -48,8 +48,8 @@ std::vector<Strategy> MakeTable() {
   return table;
 }
 
-// The filters with a cut-off, each with every rule. AllStrategies() contains
-// some of these under other names.
+// The filters with a cut-off, each with every rule that chooses the cut-off
+// frequency. AllStrategies() contains some of these under other names.
 std::vector<Strategy> ByRules() {
   std::vector<Strategy> strategies;
   for (const OutputKind kind :

@@ -27,11 +27,13 @@ struct Strategy : SmootherVariant {
 // All strategies that run by default, in the order of output.
 const std::vector<Strategy>& AllStrategies();
 // The named strategies, in the order of `names`; without names AllStrategies.
-// Filters with a cut-off also exist with each rule, for example "whittaker_yu";
-// these run only if named. Throws InputError for unknown and repeated names.
+// Filters with a cut-off also exist with each rule that chooses the cut-off
+// frequency (CutoffRules), for example "whittaker_yu"; these run only if named.
+// Throws InputError for unknown and repeated names.
 std::vector<Strategy> ChooseStrategies(const std::vector<std::string>& names);
 
-// The rules of a cut-off: "winter", ..., as in filters.*.choice.
+// The rules that choose a cut-off frequency: "winter", ..., as in
+// filters.*.choice.
 const std::vector<std::pair<std::string, CutoffChoice>>& CutoffRules();
 
 // Index of the strategy with this name; strategies.size() if there is none.

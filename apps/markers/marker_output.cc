@@ -191,7 +191,7 @@ bool IsPooled(const MarkerStudy& study, const std::string& joint) {
 
 std::string ErrorTable(const MarkerStudy& study) {
   Table table({"joint", "n", "median", "95 %", "mean", "RMS", "p95",
-               "bias r f u", "limits", "offset off"});
+               "bias r f u", "limits", "no offset"});
   bool any_apart = false;
   for (const JointAgreement& joint : study.agreement.joints) {
     const bool is_apart = !IsPooled(study, joint.joint);
@@ -203,7 +203,7 @@ std::string ErrorTable(const MarkerStudy& study) {
       "{}\nMillimetres. 95 %: interval of the median, by bootstrap over {} of "
       "{} s. bias r f u: to the right, forward and up. limits: limits of "
       "agreement about the bias (1.96 standard deviations to each side). "
-      "offset off: median after removing each joint's constant offset, "
+      "no offset: median after removing each joint's constant offset, "
       "estimated on the other half of the recording. Mean of the medians: {} "
       "mm.\n{}",
       table.ToString(TableStyle::kMarkdown),
@@ -244,8 +244,8 @@ std::string CalibrationTable(const MarkerStudy& study) {
   if (agreement.pooled.calibration.count() == 0) {
     return "The tracks contain no covariances.\n";
   }
-  Table table({"ellipsoids", "n", "50 %", "80 %", "95 %", "ECE", "stated, mm",
-               "log score"});
+  Table table({"ellipsoids", "n", "50 %", "80 %", "95 %", "ECE",
+               "RMS by covariance, mm", "log score"});
   for (const JointAgreement& joint : agreement.joints) {
     table.AddRow(CalibrationRow(joint.joint, joint.calibration));
   }
@@ -253,7 +253,7 @@ std::string CalibrationTable(const MarkerStudy& study) {
   for (const auto& [name, calibration] :
        {std::pair{"pooled, observed", agreement.observed},
         {"pooled, inferred", agreement.inferred},
-        {"pooled, offset off", agreement.pooled.after_offset}}) {
+        {"pooled, no offset", agreement.pooled.after_offset}}) {
     if (calibration.count() > 0)
       table.AddRow(CalibrationRow(name, calibration));
   }
@@ -262,8 +262,9 @@ std::string CalibrationTable(const MarkerStudy& study) {
       "{}\nPercentage of the true joints within the stated ellipsoids. ECE: "
       "mean absolute difference of actual and nominal coverage.\n\nCovariances "
       "state the precision of a joint given its detections. They do not "
-      "include the detector's constant offset of the joint, unless the tracks "
-      "have learnt it. With the offset removed, the median changes from {} to "
+      "include the constant difference between the detector's joint and the "
+      "anatomical one, unless the run estimated it (graph.view_bias). With the "
+      "offset removed, the median changes from {} to "
       "{} mm, and the 95 % ellipsoids contain {} % of the joints instead of {} "
       "%.\n",
       table.ToString(TableStyle::kMarkdown), Mm(pooled.median_m),
@@ -273,8 +274,8 @@ std::string CalibrationTable(const MarkerStudy& study) {
 }
 
 std::string AngleTable(const MarkerStudy& study) {
-  Table table({"angle, deg", "n", "bias", "limits", "RMS", "RMS, offset off",
-               "covered, %", "offset off, %"});
+  Table table({"angle, deg", "n", "bias", "limits", "RMS", "RMS, no offset",
+               "in 95 % CI, %", "CI, no offset, %"});
   for (const auto& [name, angle] : study.angles) {
     table.AddRow({name, std::to_string(angle.count), Fixed(angle.bias, 1),
                   Fixed(angle.limits, 1), Fixed(angle.rms, 1),
@@ -444,7 +445,7 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
     const Calibration& calibration;
   } curves[] = {{"observed", agreement.observed},
                 {"inferred", agreement.inferred},
-                {"offset off", agreement.pooled.after_offset}};
+                {"no offset", agreement.pooled.after_offset}};
   for (const auto& curve : curves) {
     if (curve.calibration.count() == 0) continue;
     PlotSeries line = {

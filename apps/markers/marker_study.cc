@@ -51,7 +51,7 @@ void RequireCommon(const MarkerInput& truth, const MarkerInput& tracks) {
   const Skeleton& b = tracks.joints.tracks.header.skeleton;
   if (!CommonJoints(a, b).empty()) return;
   throw InputError(truth.path, "",
-                   "no marker in common: it has " + SomeLabels(a) + ", " +
+                   "no joint in common: found " + SomeLabels(a) + " here; " +
                        Printable(tracks.path) + " has " + SomeLabels(b) +
                        "; --joints=F.toml defines joints by markers");
 }

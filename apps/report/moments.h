@@ -1,4 +1,4 @@
-// The worst moments of a recording.
+// The worst moments (instants) of a recording.
 #ifndef KINEGRAPH_APPS_REPORT_MOMENTS_H_
 #define KINEGRAPH_APPS_REPORT_MOMENTS_H_
 
@@ -14,7 +14,7 @@ enum class MomentKind {
   kResidual,    // px, the worst view's mean
   kSpeedJump,   // m/s, change of a joint's velocity between two steps
   kBone,        // m, deviation from the median length of the person's bone
-  kDifference,  // m, mean joint distance to truth, or to the other result
+  kDifference,  // m, mean joint distance from the truth or another result
   kStart,       // an identity appears after the first frame
   kEnd,         // an identity ends before the last frame
 };

@@ -33,7 +33,7 @@ std::string Base64(const std::vector<Number>& numbers) {
                                  numbers.size() * sizeof(Number)));
 }
 
-// The nearest multiple of `quantum`, clamped to the range of the type.
+// `value` in units of `quantum`, rounded and clamped to the range of the type.
 template <typename Integer>
 Integer Quantise(double value, double quantum) {
   const double scaled = std::round(value / quantum);

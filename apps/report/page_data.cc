@@ -28,8 +28,8 @@ constexpr size_t kMomentsOfAKind = 8;
 constexpr size_t kMaxStartsAndEnds = 60;
 constexpr int kMaxExtrasStride = 64;
 
-// The frames of all results, each once. Ground truth may be longer than the
-// tracks; only frames within their span are shown.
+// The frames of all tracks, each once. Frames that only the ground truth has
+// are not shown.
 std::map<int64_t, TimeNs> ClockOf(const PageInput& input) {
   std::map<int64_t, TimeNs> clock;
   for (const PageResult& result : input.results) {
@@ -203,7 +203,7 @@ class PageMaker {
   const PageOptions& options_;
   const double metre_;
   std::map<int64_t, TimeNs> clock_;
-  bool assumed_rate_ = false;  // no file has times
+  bool assumed_rate_ = false;  // the times do not ascend
   std::map<int64_t, const DetectionFrame*> detections_;
   std::map<int64_t, uint32_t> index_;  // of the kept frames
   UpEvidence up_evidence_;
@@ -249,7 +249,7 @@ void PageMaker::ChooseStrides() {
       static_cast<int>(std::max(1.0, std::ceil(rest / budget)));
 }
 
-// A moment is shown at the nearest kept frame before it.
+// A moment is shown at the last kept frame that is not after it.
 void PageMaker::AddMoments(size_t r, std::vector<Moment> moments) {
   for (const Moment& moment : moments) {
     if (clock_.count(moment.frame) == 0) continue;
@@ -266,7 +266,7 @@ void PageMaker::AddMoments(size_t r, std::vector<Moment> moments) {
 }
 
 // The reference of a result's distances: the ground truth; without one, the
-// first result is compared with the second.
+// first result, and the second for the first.
 std::optional<size_t> PageMaker::ReferenceOf(size_t r) const {
   if (input_.results[r].role == ResultRole::kGroundTruth) return std::nullopt;
   for (size_t other = 0; other < input_.results.size(); ++other) {

@@ -49,8 +49,8 @@ struct PageResult {
 struct PageInput {
   std::string title;
   std::string doctor_json = {};  // DIR/doctor.json of `doctor`; empty: none
-  // One or more; the first one is the reference, a ground truth is the last
-  // one.
+  // One or more. Frames, joints and colours of the first one apply to the
+  // others; a ground truth is the last one.
   std::vector<PageResult> results;
   CameraRig cameras;  // in the order of the detections' views
   std::optional<DetectionSequence> detections;  // requires cameras
@@ -74,12 +74,13 @@ struct PageOptions {
 
 // The encoded data, and what was left out to keep it small.
 struct PageData {
-  std::string json;       // safe inside a <script> element
-  size_t frames = 0;      // on the page's clock
-  size_t poses = 0;       // of all results
-  int frame_stride = 1;   // 2: every second frame is kept
-  int extras_stride = 1;  // the same for detections, weights and covariances
-  size_t moments = 0;
+  std::string json;      // safe inside a <script> element
+  size_t frames = 0;     // on the page's clock
+  size_t poses = 0;      // of all results
+  int frame_stride = 1;  // 2: every second frame is kept
+  int extras_stride =
+      1;  // 2: every second kept frame has detections, weights and covariances
+  size_t moments = 0;  // entries of the page's list "Worst moments"
   // Sizes of the parts of `json` other than the poses [bytes].
   size_t detection_bytes = 0;  // with matches, weights and residuals
   size_t covariance_bytes = 0;

@@ -15,8 +15,9 @@ namespace kinegraph {
 
 // The detection of one person in one view.
 struct ViewPair {
-  int detection = -1;                 // position in the view's list; -1: none
-  std::optional<double> residual_px;  // mean over the joints with a weight
+  int detection = -1;  // position in the view's list; -1: none
+  std::optional<double>
+      residual_px;  // mean over found joints that are not rejected
 };
 
 // Pairs the people of a frame with its detections: by the matches in the tracks

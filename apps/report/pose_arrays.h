@@ -30,7 +30,8 @@ class PoseArrays {
                   const DetectionPairing& pairing);
   void AddCovariances(const PersonPose& person);
 
-  // Write the poses, and all other data, whose sizes are added to `data`.
+  // Write the poses, and all other data; the latter adds the sizes of
+  // detections and covariances to `data`.
   void PosesTo(Json* json) const;
   void DetailsTo(Json* json, PageData* data) const;
 

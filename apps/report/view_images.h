@@ -56,7 +56,7 @@ struct EmbeddedPictures {
 // Embeds the images of `patterns` (one per camera, empty: none) for the frames
 // of the first result into `input`, JPEG and PNG unchanged; as many frames as
 // fit into `max_bytes` of text, evenly spaced. `step` is called after each
-// frame.
+// embedded frame.
 EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
                                size_t max_bytes,
                                const std::function<void()>& step,

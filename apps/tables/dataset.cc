@@ -36,7 +36,8 @@ constexpr const char* kWarmUp = "input.repeat_first_frame=3";
 // Like the authors, treats zeros as positions; repeats the first frame.
 constexpr const char* kFilledSet =
     "detections.zero_confidence=position;input.repeat_first_frame=3";
-// configs/offline.toml, as overrides of the configuration for Campus.
+// Estimator, bones, backfill and second pass of configs/offline.toml, as
+// overrides of the configuration for Campus.
 constexpr const char* kBatchSet =
     "output.estimator=batch;graph.bones=true;tracking.backfill=true;"
     "tracking.second_pass=true";

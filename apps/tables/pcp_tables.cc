@@ -517,8 +517,8 @@ TableOutput ActorTable(const std::string& title,
   if (!tracked.single_person.empty()) {
     TableOutput single = SinglePersonTable(tracked, protocol);
     text += "Single-person tools, actor 0 only (head `" + head +
-            "`; their input was selected with a given track, that of the other "
-            "rows was associated):\n\n" +
+            "`; their input was selected with a given track, whereas the input "
+            "of the other rows was associated automatically):\n\n" +
             single.markdown + "\n";
     output.json["single_person"] = std::move(single.json);
   }

@@ -37,7 +37,7 @@ struct TrackedRow {
 struct TrackedBenchmark {
   Benchmark benchmark;
   TrackSequence truth;
-  // Tracks made here, by recording, then the results of others.
+  // Tracks made here, by recording, then the results of other programs.
   std::vector<TrackedRow> rows;
   std::vector<TrackedRow> single_person;  // results of actor 0 only
   std::vector<PcpResult> own_rules;       // of benchmark.own_rules

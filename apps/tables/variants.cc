@@ -349,8 +349,9 @@ TableOutput AblationTable(const BenchmarkData& data, const std::string& out) {
   output.markdown =
       "## Ablation\n\nPrinted: " + published.caption + ".\n\n" +
       output.markdown +
-      "\nTheir detections (HRNet) are not public; the detections below are "
-      "others, so absolute figures are expected to differ. Differences from "
+      "\nTheir detections (HRNet) are not public; the tables below use other "
+      "detections, so absolute figures are expected to differ. Differences "
+      "from "
       "the baseline are paired on the same frames; intervals use moving blocks "
       "of 25 frames within an actor.\n\n";
   output.json = {{"printed", std::move(output.json)}};

@@ -20,7 +20,7 @@ inline Eigen::AlignedBox2d BoxAround(const std::vector<Keypoint>& joints) {
   return box;
 }
 
-// Length of a box' diagonal, a person's size in the image [px]; 0 for an empty
+// Length of a box's diagonal, a person's size in the image [px]; 0 for an empty
 // box.
 inline double DiagonalPx(const Eigen::AlignedBox2d& box) {
   return box.isEmpty() ? 0.0 : box.diagonal().norm();

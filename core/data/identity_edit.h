@@ -43,7 +43,7 @@ struct IdentityEdit {
   // Evidence for it, in order: "bones" and "motion" as log likelihood ratios in
   // nats, "gap_s", ...
   std::vector<std::pair<std::string, double>> evidence;
-  // Difference to the second best explanation of the recording [nats].
+  // Difference from the second best explanation of the recording [nats].
   std::optional<double> margin;
   std::string name;   // kName
   std::string place;  // "file: line 3" of a correction, for messages

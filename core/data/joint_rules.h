@@ -18,8 +18,8 @@ enum class HipRule {
 // One joint. Names refer to markers, or to joints that earlier rules define.
 struct JointRule {
   std::string joint;  // name in kinegraph's skeletons: "l_knee"
-  // The joint is at their mean; for kFunctional they are the markers of the
-  // thigh.
+  // The joint is at the mean of these markers; for kFunctional they are the
+  // markers of the thigh.
   std::vector<std::string> markers;
   // Two markers: the joint is offset by `by_m` in the direction from the first
   // to the second. Empty: no offset.

@@ -34,8 +34,8 @@ struct Observation {
 
 // Fills `observation` (reusing its memory) from a detection seen by `camera`.
 // `map` as returned by MapByName(detections' skeleton, tracks' skeleton);
-// `counted` are the joints that are counted. A joint whose pixel cannot be
-// undistorted is not found.
+// found_count and mean_confidence are computed over the joints `counted`. A
+// joint whose pixel cannot be undistorted is not found.
 void MakeObservation(const Detection& detection, const std::vector<int>& map,
                      const std::vector<int>& counted, const Camera& camera,
                      int view_idx, TimeNs capture_time,

@@ -37,16 +37,17 @@ class Stance {
   void See(const PersonPose& person);
 
   // The unit vector that points up; nullopt if unknown. The first that applies:
-  // - the direction in which people stand, if their lowest joints are at one
-  //   height along it but not along other directions;
-  // - the stated axis or, without one, the cameras' direction, if fewer than 80
-  //   % of the people stand in one direction;
+  // - among the directions in which people stand, the stated axis and the
+  //   cameras' upward direction (UpOfCameras): the one along which people's
+  //   lowest joints are at one height, if they are not along the others;
+  // - the stated axis or, without one, the cameras' upward direction, if fewer
+  //   than 80 % of the people stand in one direction;
   // - the stated axis, unless people stand at more than 50 degrees to it and
   //   cannot be lying;
-  // - the direction in which people stand, unless it contradicts the cameras or
-  //   they may be lying.
-  // A person with both hands above the head may be standing on them and is
-  // ignored.
+  // - the direction in which people stand, unless it contradicts the cameras
+  //   or, without cameras, they may be lying in a world with z up.
+  // A person whose hands are clearly above the shoulders may be standing on
+  // them and is ignored.
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;
 
   // Up(known), if there are people and the result differs from `up`, a unit
@@ -56,7 +57,8 @@ class Stance {
 
  private:
   struct Body {
-    // Unit: from ankles to shoulders; for a sitting person the trunk.
+    // Unit vector: from ankles (else hips) to shoulders; for a bent body the
+    // mean of this direction and that of the trunk.
     Eigen::Vector3d up;
     bool is_straight = false;
     std::vector<Eigen::Vector3d> joints_m;
@@ -69,7 +71,7 @@ class Stance {
   struct Group {
     Eigen::Vector3d up = Eigen::Vector3d::Zero();  // unit: their mean
     double share = 0.0;                            // of all bodies
-    double straight = 0.0;                         // as a share of the group
+    double straight = 0.0;  // share of the group's bodies that are straight
   };
 
   std::vector<Group> Groups() const;

@@ -35,7 +35,7 @@ using JointPairs = std::vector<JointPair>;
 
 // Joints of the same name, in the order of `a`.
 JointPairs CommonJoints(const Skeleton& a, const Skeleton& b);
-// Throws InputError naming file `b` if there are none: a score would wrongly
+// Throws InputError naming `file_b` if there are none: a score would wrongly
 // report that no person was found.
 void RequireCommonJoints(const Skeleton& a, const std::string& file_a,
                          const Skeleton& b, const std::string& file_b);

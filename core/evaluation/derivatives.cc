@@ -126,7 +126,8 @@ int Greatest(int middle, int reach, int count, const Score& score) {
   return best;
 }
 
-// Marks the frames around contacts of an ankle and returns their number.
+// Marks the frames around contacts of an ankle and returns the number of
+// contacts.
 int64_t MarkContacts(const JointMotion& ankle, const Vector3d& up, int reach,
                      std::vector<char>* at_contact) {
   constexpr double kG_m_s2 = 9.81;
@@ -231,7 +232,7 @@ void AddPeaks(const JointMotion& joint, const std::vector<char>& at_contact,
 }
 
 // Step between compared frames, in frames of the tracks: 2 where the truth has
-// every other frame. 0: no frames are compared.
+// every other frame. 0: no person has two frames.
 int64_t StrideOf(const std::map<TrackId, std::vector<PersonPair>>& people) {
   int64_t stride = 0;
   for (const auto& [id, pairs] : people) {

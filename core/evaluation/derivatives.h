@@ -68,10 +68,10 @@ struct DerivativeResult {
 //
 // A contact is an instant at which a descending ankle of the ground truth is
 // decelerated by more than one g: the greatest such deceleration within 0.1 s.
-// Frames within 0.1 s of one are around a contact. A peak is the greatest true
-// acceleration of a joint within 0.25 s that exceeds twice the joint's root
-// mean square; its counterpart is the greatest acceleration found within 0.1 s
-// of it.
+// Frames within 0.1 s of a contact count as around it. A peak is the greatest
+// true acceleration of a joint within 0.25 s that exceeds twice the joint's
+// root mean square; its counterpart is the greatest acceleration found within
+// 0.1 s of it.
 DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
                                      const TrackSequence& tracks,
                                      const DerivativeOptions& options);

@@ -35,7 +35,7 @@ struct HeldOutJoint {
   bool predicted = false;
   // r' (J Sigma J' + sigma^2 I)^-1 r of the residual r, where the run has a
   // covariance Sigma and the caller gives a sigma: 2 on average if both are
-  // right.
+  // correct.
   std::optional<double> normalised_squared;
 };
 

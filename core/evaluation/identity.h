@@ -62,7 +62,7 @@ struct IdentityResult {
   // 1 - (misses + false positives + switches) / true person-frames; NaN if
   // there are none.
   double Mota() const;
-  double Idf1() const;      // NaN without people on both sides
+  double Idf1() const;      // NaN if neither result has people
   HotaScores Hota() const;  // means over the thresholds
 };
 

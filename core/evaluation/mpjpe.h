@@ -70,8 +70,9 @@ std::optional<Eigen::Matrix3d> BodyFrame(const Pose3d& pose,
                                          const Skeleton& skeleton,
                                          const Eigen::Vector3d& up);
 
-// Joints are compared by name, people one-to-one within kPersonGateM. A true
-// person without a body frame only contributes to the raw errors.
+// Joints are compared by name, people one-to-one within kPersonGateM. The
+// errors of a true person without a body frame are not used for the offsets;
+// none is subtracted from them.
 MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
                           const TrackSequence& tracks,
                           const MpjpeOptions& options = {},

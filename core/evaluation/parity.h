@@ -18,7 +18,7 @@ struct ParityOptions {
   std::vector<FrameRange> frames;  // empty: all
 };
 
-// The greatest distance between the two, or a joint that one lacks.
+// The joint with the greatest distance between the two results.
 struct WorstJoint {
   double distance_m = 0.0;
   int64_t frame = 0;
@@ -33,7 +33,7 @@ struct ParityResult {
   Share near;
   Share very_near;
   int64_t joints_missing = 0;  // in the reference only
-  int64_t joints_extra = 0;    // in the other only
+  int64_t joints_extra = 0;    // in the tracks only
   WorstJoint worst;            // among joints that both have
   // Whether the pairs of all frames map identities one-to-one.
   bool identities_one_to_one = true;

@@ -25,9 +25,10 @@ namespace kinegraph {
 // Conversions of the head from any skeleton to the 14 joints of the Campus and
 // Shelf ground truth. Detectors report nose and ears, the annotation has the
 // bottom and the top of the head. Publications differ in the conversion, and
-// the choice alone can change a PCP by a percent, so a protocol states it. With
-// m = middle of the shoulders, n = nose, e = middle of the ears; products are
-// taken axis by axis in the world (z up), as in the publications.
+// the choice alone can change a PCP by a percentage point, so a protocol
+// specifies it. With m = middle of the shoulders, n = nose, e = middle of the
+// ears; products are taken axis by axis in the world (z up), as in the
+// publications.
 enum class HeadConversion {
   // top = m + (n - m) * (0.78, 0.5, 1.5),
   // bottom = m + (n - m) * (0.3, 0.4, 0.6)
@@ -174,7 +175,7 @@ enum class LossReason {
   kNoPose,     // no prediction in the frame
   kElsewhere,  // the nearest prediction is beyond kPersonGateM: another person
   kNoJoint,    // the prediction lacks an end
-  kTooFar,     // one end or both beyond the tolerance
+  kTooFar,     // the errors exceed the tolerance, by the EndpointRule
 };
 inline constexpr int kLossReasonCount = 4;
 const char* ToString(LossReason reason);  // "nobody", "elsewhere", ...

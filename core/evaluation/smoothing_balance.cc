@@ -233,7 +233,8 @@ void SmoothingSpectra::Add(const JointTraces& reference, const JointTraces& raw,
         signals[2].col(i) = a.head(axes);
       }
       if (!is_usable) continue;
-      // Constant within a segment, so that depth changes no signal.
+      // The scale is constant within a segment, so that changes of depth do not
+      // alter the signals.
       scale /= static_cast<double>(length - missing);
       for (MatrixXd& signal : signals) {
         FillGaps(is_there, &signal);

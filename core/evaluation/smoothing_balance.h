@@ -9,7 +9,7 @@
 //   N = E[b* b] - S             the power of the triangulation's errors
 //   D = E[a* a] - 2 Re E[u* a] + S = E[|a - m|^2]      the strategy's error
 // which consists of the motion that it removes or delays, |S - E[u* a]|^2 / S,
-// and of the noise that it keeps, the rest. A linear filter of the
+// and of the noise that it keeps, the remainder. A linear filter of the
 // triangulation attains W = S N / (S + N) (Wiener, 1949). Errors that are
 // common to all cameras count as motion.
 #ifndef KINEGRAPH_CORE_EVALUATION_SMOOTHING_BALANCE_H_
@@ -71,23 +71,24 @@ struct SmoothingBalance {
   double attainable_m = 0.0;
   Excess excess = Excess::kNoiseKept;
   // Whether the error is significantly (99 %) greater than 1.35 times the
-  // attainable one. The tested estimate lacks one camera; the estimate from all
-  // cameras then exceeds its attainable error by a quarter or more, according
-  // to the truth for 99 % of such joints (research/cutoff_rules prints the
-  // count).
+  // attainable one. The tested estimate lacks one camera. According to the
+  // ground truth, for 99 % of such joints the estimate from all cameras then
+  // exceeds its attainable error by a quarter or more (research/cutoff_rules
+  // prints the count).
   bool is_excessive = false;
 };
 
 // Spectra of segments of one second, at least eight frames, with half overlap,
 // each detrended and tapered by a Hann window (Welch, 1967), in bands of half
 // an octave. A segment counts if at most a fifth of its frames and no more than
-// 0.1 s in a row lack one of the three; these are interpolated.
+// 0.1 s in a row lack one of the three signals; these frames are interpolated.
 class SmoothingSpectra {
  public:
   explicit SmoothingSpectra(double rate_hz);
 
-  // `reference`: positions whose errors are independent of the others', or the
-  // truth. `view`: the camera, if the traces are of its images.
+  // `reference`: positions whose errors are independent of those of `raw` and
+  // `smoothed`, or the truth. `view`: the camera, if the traces are of its
+  // images.
   void Add(const JointTraces& reference, const JointTraces& raw,
            const JointTraces& smoothed, std::optional<int> view);
   // Adds the spectra of other cameras.

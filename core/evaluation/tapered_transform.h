@@ -17,7 +17,8 @@ class TaperedTransform {
   explicit TaperedTransform(int length, int first = 1);
 
   int length() const { return static_cast<int>(trend_.size()); }
-  // One row per sample, one column per signal; one row per bin of the result.
+  // `signals`: one row per sample, one column per signal. The result has one
+  // row per bin.
   Eigen::MatrixXcd operator()(Eigen::MatrixXd signals) const;
 
  private:

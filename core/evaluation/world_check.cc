@@ -168,7 +168,7 @@ WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {
   }
   // In a wrongly rotated world some people coincide with tracks by chance. If
   // the files as they are find at least a quarter of the best number, they are
-  // assumed to be right.
+  // assumed to be correct.
   if (2 * best.found.count > best.found.total &&
       4 * check.found.count < best.found.count) {
     check.other = other;

@@ -33,8 +33,8 @@ struct WorldCheck {
   // another world.
   std::optional<OtherWorld> other;
 
-  // Reports that few are found, with the remedy or possible causes; empty where
-  // people are found and no other world finds more.
+  // Reports that few people are found, with the remedy or possible causes;
+  // empty if some are found and `other` is not set.
   std::string Text() const;
 };
 

@@ -245,8 +245,8 @@ Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
 }
 
 // An angle between two directions is never below 0: for nearly collinear
-// directions the error perpendicular to the plane adds to the angle, and the
-// interval is the radius of a disc.
+// directions the error perpendicular to the plane adds to the angle, and half
+// the interval is the radius of a disc.
 void AddInterval(const AngleBetween& rule, const Pair& pair,
                  const std::vector<Matrix3d>& covariances,
                  AngleEstimate* estimate) {

@@ -15,7 +15,8 @@ namespace kinegraph {
 std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
                                        const std::string& what = "--up");
 
-// Stance::Up, on a world axis within 25 degrees; nullopt if unknown.
+// Stance::Up, replaced by the world axis within 25 degrees of it if there is
+// one; nullopt if unknown.
 std::optional<Eigen::Vector3d> UpDirection(const TrackSequence& tracks,
                                            const UpEvidence& known = {});
 

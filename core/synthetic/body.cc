@@ -196,7 +196,7 @@ BodyShape MakeBodyShape(double stature_m, double leg_share) {
   shape.hip_half_width = 0.05 * h;
   shape.foot_length = kFootShare * h;
   shape.head_height = 0.165 * h;
-  // The trunk is the stature minus the legs.
+  // The trunk is the stature minus the head and the legs.
   const double hips = shape.leg() + shape.ankle_height;
   shape.neck_height = h - shape.head_height - hips;
   shape.shoulder_height = shape.neck_height - 0.02 * h;

@@ -19,7 +19,7 @@ enum Side { kLeft = 0, kRight = 1 };
 // +1 on the left, -1 on the right: the sign of y.
 inline double SignOf(int side) { return side == kLeft ? 1.0 : -1.0; }
 
-// Rigid parts; Sided(part, side) selects one with two sides.
+// Rigid parts; Sided(part, side) selects the left or the right one of a pair.
 enum class Segment {
   kPelvis,  // origin: middle of the hip joints
   kThorax,  // same origin; rotates about the spine

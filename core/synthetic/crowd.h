@@ -25,7 +25,7 @@ struct Gesture {
 // Plan of one person.
 struct Itinerary {
   UniformSpline path;             // x [m], y [m], heading [rad, unwrapped]
-  std::vector<TimeSpan> present;  // empty or outside: not in the scene
+  std::vector<TimeSpan> present;  // when the person is in the scene
   // From the start of sitting down until standing again.
   std::vector<TimeSpan> seated;
   std::vector<Gesture> gestures;

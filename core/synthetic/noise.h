@@ -17,12 +17,12 @@ namespace kinegraph {
 
 // Noise of one joint. The variance of the pixel noise is split into a static
 // share (constant over the recording for each person, view and joint), a white
-// share and the rest, which is time-correlated (AR(1)); without a correlation
-// time the rest is white too.
+// share and the remaining share, which is time-correlated (AR(1)), or white
+// without a correlation time.
 struct JointNoise {
   double sigma_px = 0.0;  // standard deviation of each axis
-  // Depth to which values in pixels refer; they scale with 1/depth. 0: any
-  // depth.
+  // Depth to which values in pixels refer; they scale with 1/depth. 0: the same
+  // at every depth.
   double reference_depth_m = 0.0;
   double floor_px = 0.0;     // white noise added at all depths
   double student_dof = 0.0;  // tails of the non-static part; 0: Gaussian

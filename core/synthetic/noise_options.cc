@@ -110,9 +110,10 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("swap_whole_rate", &swap_whole_rate, share, "",
                  "share of detections with left and right exchanged");
   visitor.Number("swap_arm_rate", &swap_arm_rate, share, "",
-                 "share with only elbows and wrists exchanged");
-  visitor.Number("swap_leg_rate", &swap_leg_rate, share, "",
-                 "share with only knees, ankles and feet exchanged");
+                 "share of detections with only elbows and wrists exchanged");
+  visitor.Number(
+      "swap_leg_rate", &swap_leg_rate, share, "",
+      "share of detections with only knees, ankles and feet exchanged");
   visitor.Number("swap_burst", &swap_burst_s, length, "s",
                  "mean length of an exchange; 0: independent frames");
   visitor.Number("fragment_rate", &fragment_rate, share, "",
@@ -120,13 +121,14 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("double_rate", &double_rate, share, "",
                  "share of people found twice");
   visitor.Number("fragment_burst", &fragment_burst_s, length, "s",
-                 "mean length of either; 0: independent frames");
+                 "mean length of splitting or doubling; 0: independent frames");
   visitor.Number("dropped_frame_rate", &dropped_frame_rate, Between(0.0, 0.99),
                  "", "share of frames that are missing");
   visitor.Number("dropped_view_rate", &dropped_view_rate, share, "",
                  "share of images without any detection");
-  visitor.Number("drop_burst", &drop_burst_s, length, "s",
-                 "mean length of either; 0: independent");
+  visitor.Number(
+      "drop_burst", &drop_burst_s, length, "s",
+      "mean length of a run of missing frames or empty images; 0: independent");
   visitor.NumberList("clock_offset", &clock_offset_s,
                      Between(-kMaxOffset, kMaxOffset), "s",
                      "how much later each camera captures; 0 if not listed");

@@ -38,8 +38,8 @@ bool FixedBursts::Step(double rate, int frames, Random* random, bool* began) {
     }
     if (rate < 1.0) return false;
   }
-  // With probability p a burst begins after a frame without: the share
-  // n p / (n p + 1 - p) is the rate.
+  // In a frame that no earlier burst covers, a burst begins with probability p,
+  // so that the share n p / (n p + 1 - p) of frames is the rate.
   const double p = rate / (n * (1.0 - rate) + rate);
   if (!random->Chance(p)) return false;
   left_ = frames - 1;

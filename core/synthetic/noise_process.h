@@ -12,9 +12,10 @@ namespace kinegraph {
 // Two independent standard normal numbers.
 Eigen::Vector2d NormalVector(Random* random);
 
-// An event that is on at a given rate, in bursts of geometric length: a
-// two-state Markov chain. It compares a hidden uniform number, redrawn
-// occasionally, with the rate, so the rate may change from frame to frame.
+// An event that is on in a given share (`rate`) of the frames, in bursts of
+// geometric length: a two-state Markov chain. It compares a hidden uniform
+// number, redrawn occasionally, with the rate, so the rate may change from
+// frame to frame.
 class MarkovBursts {
  public:
   // Whether it is on in the next frame. `mean_frames` is the mean length of a
@@ -26,7 +27,8 @@ class MarkovBursts {
   double level_ = -1.0;  // none drawn yet
 };
 
-// An event that is on at a given rate, in bursts of exactly `frames` frames.
+// An event that is on in a given share (`rate`) of the frames, in bursts of
+// exactly `frames` frames.
 class FixedBursts {
  public:
   // `began`: whether a burst begins in this frame (or was in progress at the

@@ -35,8 +35,8 @@ struct ClipSetting {
   // of the trunk as its joint bends, with an amplitude drawn uniformly from
   // half to one and a half times this, in a direction of its own. The whole
   // range (from minus to plus the amplitude) corresponds to the range of angles
-  // in the clip, or to about thirty degrees if the joint bends less. Wrist and
-  // ankle follow elbow and knee. 0: none.
+  // in the clip, or to kLeastHalfRange if the joint bends less. Wrist and ankle
+  // follow elbow and knee. 0: none.
   double joint_sway_m = 0.0;
 };
 
@@ -81,7 +81,8 @@ constexpr double kSideShare = 0.6;
 // balance and posture control during standing and walking); incommensurate.
 constexpr std::array<double, 5> kSwayHz = {0.11, 0.23, 0.37, 0.59, 0.83};
 
-// Minimum range of a cosine: about thirty degrees.
+// Least half range of an angle's cosine: a range of 15 degrees about a right
+// angle, of 42 degrees up to a straight joint.
 constexpr double kLeastHalfRange = 0.13;
 
 Vector3d HorizontalPart(const Vector3d& v) { return {v.x(), v.y(), 0.0}; }
@@ -386,7 +387,7 @@ class RecordedActor : public Actor {
   std::array<std::array<double, kSwayTerms>, 2> phases_{};
 };
 
-// Horizontal positions of all people of a clip over time.
+// Horizontal positions of all joints of a clip's people over time.
 std::vector<Vector2d> WayOf(const std::vector<RecordedMotion>& motions) {
   std::vector<Vector2d> way;
   for (const RecordedMotion& motion : motions) {
@@ -429,7 +430,7 @@ void CheckLists(const RecordedPeopleOptions& options, size_t clips) {
   }
 }
 
-// Minimum distance between two trunks while both are present.
+// Minimum horizontal distance between two trunks while both are present.
 double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
   constexpr double kSampleStep =
       0.1;  // [s]: no person moves farther than 0.5 m in it
@@ -517,8 +518,8 @@ void RecordedPeopleOptions::Describe(OptionVisitor& visitor) {
   visitor.NumberList("start", &start_s, Between(0.0, 36000.0), "s",
                      "when the people of each clip appear; 0 if not listed");
   visitor.NumberList("hold", &hold_s, Between(0.0, 36000.0), "s",
-                     "for how long they hold the clip's first pose before "
-                     "they move; 0 if not listed");
+                     "for how long the people of each clip hold its first pose "
+                     "before they move; 0 if not listed");
   visitor.NumberList("x", &x_m, Between(-1000.0, 1000.0), "m",
                      "x of the centre of each clip's path; empty: random");
   visitor.NumberList("y", &y_m, Between(-1000.0, 1000.0), "m",
@@ -530,7 +531,7 @@ void RecordedPeopleOptions::Describe(OptionVisitor& visitor) {
                  "the ankles");
   visitor.Number("joint_sway", &joint_sway_m, Between(0.0, 0.1), "m",
                  "joint centres move with the joint's angle, by half to one "
-                 "and a half of this; 0: rigid bones stay rigid");
+                 "and a half times this; 0: bones keep their recorded lengths");
 }
 
 RecordedPeople MakeRecordedPeople(const RecordedPeopleOptions& options,

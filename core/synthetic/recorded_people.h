@@ -20,14 +20,14 @@ namespace kinegraph {
 struct RecordedPeopleOptions {
   std::vector<std::string> clips;  // tracks files; empty: people are simulated
   std::vector<double> start_s;     // time of appearance; not given: 0
-  // Time for which each holds its first pose before it moves; not given: 0.
+  // Time for which the people of a clip hold its first pose; not given: 0.
   std::vector<double> hold_s;
   // Position of the centre of each clip's path and rotation of the clip about
   // the vertical; empty: drawn from scene.seed.
   std::vector<double> x_m;
   std::vector<double> y_m;
   std::vector<double> turn_deg;
-  double hold_sway_m = 0.006;  // RMS of a held body at 1 m above the ankles
+  double hold_sway_m = 0.006;  // RMS sway of a held body, 1 m above the ankles
   double joint_sway_m = 0.0;   // mean amplitude of joint centres
 
   void Describe(OptionVisitor& visitor);

@@ -103,8 +103,9 @@ void RingOptions::Describe(OptionVisitor& visitor) {
                  "radius of the ring on which the cameras stand");
   visitor.Number("height", &height_m, Between(0.0, 100.0), "m",
                  "height of the cameras above the floor");
-  visitor.Number("target_height", &target_height_m, Between(0.0, 10.0), "m",
-                 "height of the point above the centre at which they look");
+  visitor.Number(
+      "target_height", &target_height_m, Between(0.0, 10.0), "m",
+      "height of the point above the centre at which the cameras look");
   visitor.Number("arc", &arc_deg, Between(10.0, 360.0), "deg",
                  "part of the ring that is used");
   visitor.Integer("image_width", &width_px, Between(16, 16384), "px",
@@ -153,7 +154,7 @@ void SceneOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("stature", &stature_m, Between(1.2, 2.2), "m",
                  "mean height of the people");
   visitor.Number("stature_sigma", &stature_sigma_m, Between(0.0, 0.15), "m",
-                 "standard deviation of their heights");
+                 "standard deviation of the people's heights");
   visitor.Number("trunk_flexibility", &trunk_flexibility, Between(0.0, 2.0), "",
                  "rotation of thorax and head relative to the pelvis; 0: trunk "
                  "and head are rigid; 1: as in real people");
@@ -170,8 +171,8 @@ CameraRig MakeRing(const RingOptions& options) {
   CameraRig rig;
   const auto lens =
       MakeLens(options.fisheye ? kFisheyeModel : "opencv5", options.distortion);
-  // Opposite cameras cannot determine depth, so a pair is placed at a right
-  // angle.
+  // Opposite cameras cannot determine depth, so two cameras are at most a right
+  // angle apart.
   const double arc = options.arc_deg * kPi / 180.0;
   const bool closed = options.arc_deg >= 360.0;
   const auto gaps =

@@ -40,7 +40,8 @@ struct CrowdOptions {
   double area_radius_m = 3.0;     // people walk inside this circle
   double walking_speed_ms = 1.1;  // mean over people
   double min_distance_m = 0.55;   // minimum distance of two people (centres)
-  // After each walk the next action is drawn with these weights.
+  // Weights of the next action after standing, turning or sitting; `walking` is
+  // also the probability of walking on without a stop.
   double walking = 0.55;
   double standing = 0.2;
   double turning = 0.1;

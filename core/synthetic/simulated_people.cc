@@ -15,8 +15,8 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kSwingShare = 0.85;    // swing as a share of a step's period
-constexpr double kHeelRiseTime = 0.22;  // before the foot leaves the ground
-constexpr double kFootFlatTime = 0.13;  // after the heel strikes
+constexpr double kHeelRiseTime = 0.22;  // before the foot leaves the ground [s]
+constexpr double kFootFlatTime = 0.13;  // after the heel strikes [s]
 // Smaller displacements are tolerated [m].
 constexpr double kStepThreshold = 0.05;
 constexpr double kTurnThreshold = 0.25;  // [rad]

@@ -32,7 +32,7 @@ function makeHeader() {
   const notes = [];
   if (data.assumedRate) notes.push('The files have no times: ' + data.assumedRate + ' frames per second are assumed.');
   if (data.frameStride > 1) notes.push('To save space, this page contains one frame in ' + data.frameStride + '.');
-  if (data.extrasStride > 1) notes.push('Detections and covariances are kept for one frame in ' + data.extrasStride + '.');
+  if (data.extrasStride > 1) notes.push('One frame in ' + data.extrasStride + ' of the page has detections and covariances.');
   byId('notes').textContent = notes.join(' ');
   byId('notes').hidden = notes.length === 0;
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1) + ' MB';

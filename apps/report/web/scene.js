@@ -271,8 +271,8 @@ export class Scene {
 const TRAIL_POINTS = 128, TRAIL_SECONDS = 2;
 export const show = { trails: true, labels: true, cameras: true, floor: true, ellipsoids: false };
 
-// Position of a person on the floor: the vertical projection of the mean of the
-// joints.
+// Position of a person on the floor: the mean of the joints, projected vertically
+// to 1 cm above the floor.
 const footBuffer = [0, 0, 0];
 function footOf(result, p) {
   const J = result.joints.length;

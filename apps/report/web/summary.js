@@ -15,7 +15,7 @@ function summaryTable(summary) {
   return table;
 }
 
-// Lines on the solver and the learnt noise.
+// Lines on the solver.
 function solverLines(summary) {
   const lines = [];
   const solver = summary.solver;

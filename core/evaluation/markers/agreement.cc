@@ -356,7 +356,8 @@ void Calibration::Add(const Vector3d& error_m, const Matrix3d& covariance) {
   constexpr double kMmPerM = 1000.0;
   ++count_;
   const Eigen::LLT<Matrix3d> root(covariance);
-  if (root.info() != Eigen::Success) return;  // contains no error
+  // Not positive definite: counts as an ellipsoid that contains no error.
+  if (root.info() != Eigen::Success) return;
   const Matrix3d lower = root.matrixL();
   const double squared = root.matrixL().solve(error_m).squaredNorm();
   const double share = ChiSquareCdf3(squared);

@@ -91,7 +91,8 @@ struct MotionAgreement {
   double pa_mpjpe_m = 0.0;
   // Share of the joints within 150 mm, and the mean of that share over 0, 5,
   // ..., 150 mm (3DPCK and AUC of MPI-INF-3DHP, Mehta et al. 2017), with the
-  // mid-hips aligned; without alignment where hips are missing.
+  // mid-hips aligned, in the frames that have them; without alignment if the
+  // skeleton has no hips.
   Share pck_150;
   double auc = 0.0;
   bool root_aligned = false;

@@ -115,12 +115,13 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
   constexpr double kStepS = 0.04;
   constexpr double kLeastCorrelation = 0.5;
   constexpr double kAlike = 0.999;  // more adds no information
-  // Least overlap: a second, or half of the shorter recording if that is less.
+  // Required overlap: a second, or half of the shorter recording if that is
+  // less; half of its speeds may be missing.
   const SpeedGrid a(truth, kStepS, half_s), b(tracks, kStepS, half_s);
   const double least_frames = std::min(
       1.0 / kStepS, 0.5 * static_cast<double>(std::min(a.count, b.count)));
   // Limits the number of shifts, each of which costs one pass over the speeds:
-  // searching an hour takes some seconds.
+  // searching an hour takes a few seconds.
   constexpr double kMostWork = 4e9;
   const double pass = static_cast<double>(std::min(a.count, b.count)) *
                       static_cast<double>(a.joints);

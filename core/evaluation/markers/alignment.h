@@ -85,11 +85,12 @@ struct AlignRequest {
   std::optional<TrackId> person;  // of the tracks; nullopt: the best fit
 };
 
-// The clocks are aligned by the speeds of all joints, which do not depend on
-// the world's orientation: by their correlation at any shift, then by robust
-// least squares. The uncertainty follows from the variation of the gradient
-// between seconds and between joints. The worlds are aligned by a rigid motion:
-// least squares with Huber's loss at one and a half median residuals.
+// The clocks are aligned by the speeds of the common body joints
+// (CommonBodyJoints), which do not depend on the world's orientation: by their
+// correlation at any shift, then by robust least squares. The uncertainty
+// follows from the variation of the gradient between seconds and between
+// joints. The worlds are aligned by a rigid motion: least squares with Huber's
+// loss at one and a half median residuals.
 //
 // `truth` has one person. `is_centre`, one per joint of the truth: the world is
 // fitted to these if there are at least three. Throws InputError without a file

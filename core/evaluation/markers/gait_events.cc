@@ -111,7 +111,7 @@ class Finder {
     return ahead;
   }
 
-  // Displacement of the pelvis over the recording.
+  // Horizontal displacement of the pelvis over the recording.
   Vector3d Way() const {
     std::vector<Vector3d> places;
     for (const Vector3d& place : pelvis_) {

@@ -42,7 +42,7 @@ double StrideTime(const FootEvents& events);
 // motion.
 struct TimedEvent {
   FootEvent plate;
-  double found_minus_plate_s = 0.0;  // NaN: none of that foot within 0.15 s
+  double found_minus_plate_s = 0.0;  // NaN: no such event within 0.15 s
 };
 
 // An event of a plate is a crossing of 20 N; its foot is the one whose ankle is

@@ -39,8 +39,8 @@ std::string Squeezed(const std::string& label) {
   return squeezed;
 }
 
-// The common prefix of nearly all labels, such as "Anna_" or "Q_": the name of
-// a subject or a set. Not a side, "L_".
+// The common prefix of more than three quarters of the labels, such as "Anna_"
+// or "Q_": the name of a subject or a set. Not a side, "L_".
 std::string PrefixOf(const Names& labels) {
   if (labels.empty()) return "";
   const std::string& first = labels.front();
@@ -369,8 +369,8 @@ void RequireOneSubject(const Names& labels) {
   }
 }
 
-// The rules that apply, in their order; `lacking` receives the joints of the
-// others with their missing markers.
+// The rules that apply, in their order; `lacking` receives the joints without
+// such a rule, each with one missing marker.
 std::vector<Placed> Place(const MarkerSet& set, const Names& labels,
                           Names* lacking) {
   Places places(labels);

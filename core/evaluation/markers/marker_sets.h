@@ -13,14 +13,14 @@ namespace kinegraph {
 // Plug-in Gait, Qualisys Sports, CAST, OpenCap, Theia3D's segments.
 const std::vector<MarkerSet>& MarkerSets();
 
-// The set to which most of the labels belong, in any spelling ("LKNE",
-// "Anna:l_kne"); nullptr if fewer than four do, not counting joints' own names.
+// The set that contains the most of the labels, in any spelling ("LKNE",
+// "Anna:l_kne"); nullptr if none contains four, not counting names of joints.
 const MarkerSet* RecogniseMarkerSet(const std::vector<std::string>& labels);
 
 struct MarkerJoints {
   TrackSequence tracks;         // of the joints that the rules define
   std::vector<bool> is_centre;  // one per joint
-  // Joints left out, with their missing markers.
+  // Joints left out, each with one of its missing markers.
   std::vector<std::string> lacking;
 };
 

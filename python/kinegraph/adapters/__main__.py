@@ -97,7 +97,7 @@ def lacking(module):
 
 
 def limit_memory(path):
-    """Limits address space to the present use, 512 MiB and most_bytes of the files."""
+    """Limits address space to present use + 512 MiB + most_bytes of the files."""
     try:
         import resource
 

@@ -12,9 +12,9 @@ from common import Refusal, begins_with, header
 
 KIND = "detections"
 PACKAGES = ["numpy"]
+EXPECTED = "expected the shape [cameras, frames, points, 2]"
 # Built-in skeletons by number of points; MediaPipe's also with hands (21 points each),
 # and with hands and a face, without and with irises.
-EXPECTED = "expected the shape [cameras, frames, points, 2]"
 SKELETONS = {
     17: "coco17",
     18: "coco18",
