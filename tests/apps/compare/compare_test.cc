@@ -413,7 +413,7 @@ TEST_F(CompareCommand, WritesTheSameFilesForAnyNumberOfThreads) {
     // On a slow machine a progress line may be printed after half a minute.
     EXPECT_THAT(outcome.errors,
                 MatchesRegex("((tuning|scoring) +[0-9][^\n]*\n)*"));
-    EXPECT_THAT(outcome.output, HasSubstr("Held-out error"));
+    EXPECT_THAT(outcome.output, HasSubstr("ean held-out error"));
     EXPECT_THAT(outcome.output, HasSubstr("Best: "));
     std::istringstream lines(outcome.output);
     for (std::string line; std::getline(lines, line);) {

@@ -172,7 +172,7 @@ TEST_F(EvaluateProgramTest, CamerasAreComparedWithTrueCameras) {
   ExpectRefused("--protocol=cameras --cameras='" + found +
                     "' --ground_truth='" + truth + "' --tracks='" + found_ +
                     "'",
-                "--tracks has no meaning");
+                "--tracks does not apply");
 }
 
 // Some names are those of another program, some are unknown: the known names
@@ -218,13 +218,13 @@ TEST_F(EvaluateProgramTest, BadUsageGivesOneLineAndExitCodeTwo) {
            {"--protocol=shelf --matching=x" + both, "--matching: found 'x'"},
            {"--protocol=shelf --frames=5:3" + both, "--frames: found '5:3'"},
            {"--protocol=shelf --frames=1:3" + both, "no person is annotated"},
-           {"--protocol=parity --head=chu" + both, "--head has no meaning"},
-           {"--protocol=mpjpe --lost" + both, "--lost has no meaning"},
-           {"--protocol=shelf --cameras=x" + both, "--cameras has no meaning"},
-           {"--protocol=held_out_camera" + both, "--tracks has no meaning"},
+           {"--protocol=parity --head=chu" + both, "--head does not apply"},
+           {"--protocol=mpjpe --lost" + both, "--lost does not apply"},
+           {"--protocol=shelf --cameras=x" + both, "--cameras does not apply"},
+           {"--protocol=held_out_camera" + both, "--tracks does not apply"},
            {"--protocol=held_out_camera --cameras=x",
             "--detections is required"},
-           {"--protocol=held_out_camera --unit=mm", "--unit has no meaning"},
+           {"--protocol=held_out_camera --unit=mm", "--unit does not apply"},
            {"--protocol=shelf --tracks=/nowhere --ground_truth='" + truth_ +
                 "'",
             "/nowhere"},
@@ -379,7 +379,7 @@ TEST(EvaluateProgramOnShelfTest, ScoresHeldOutCamerasOfGivenRuns) {
                     "paper_code_shelf_warm3.json --runs=" + runs,
                 {"11.01 [", "45.69 [", "13.77 [", "93.05 (46146/49594)",
                  "93.93 (3421/3642)"});
-  ExpectRefused(scoring + " --runs=" + runs, "--reference is required");
+  ExpectRefused(scoring + " --runs=" + runs, "requires --reference");
   ExpectRefused(scoring + " --runs=" + runs.substr(0, runs.find(',')),
                 "expected one for each of the 5");
 }

@@ -303,7 +303,8 @@ TEST_F(MarkersProgramTest, CustomRulesDefineJoints) {
   EXPECT_NEAR(Number("/joints/l_knee/median_mm"), 14.3, 0.05);
   const std::string wrong = folder_.Write(
       "wrong.toml", "[joints.l_knee]\nmiddle_of = [\"LKneeMiddle\"]\n");
-  ExpectRefused(theia, markers, "--joints='" + wrong + "'", "no marker");
+  ExpectRefused(theia, markers, "--joints='" + wrong + "'",
+                "has all its markers");
   const std::string typo = folder_.Write(
       "typo.toml", "[joints.l_knee]\nmiddel_of = [\"LKneeIn\"]\n");
   ExpectRefused(theia, markers, "--joints='" + typo + "'", "middel_of");
@@ -347,7 +348,8 @@ TEST_F(MarkersProgramTest, ErrorsNameTheCause) {
   ExpectRefused(Moved(theia, 100.0, same), markers, "--align=none",
                 "times do not overlap");
   ExpectRefused(theia, markers, "--align=sideways", "both, clock");
-  ExpectRefused(theia, markers, "--person=7", "no person 7");
+  ExpectRefused(theia, markers, "--person=7",
+                "--person=7: the tracks have no such person");
   ExpectRefused(markers, theia, "--plates", "force plates");
   ExpectRefused(theia, markers, "--head=raw", "--head");
 }
