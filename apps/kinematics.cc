@@ -203,7 +203,8 @@ void RunKinematics() {
   std::fputs(Digest(table, names).c_str(), summary);
   std::fprintf(summary, "up is %s; %zu rows of %zu columns -> %s\n",
                UpText(table.up).c_str(), table.rows.size(),
-               table.columns.size() + 3, FLAGS_out.c_str());
+               table.columns.size() + (names.empty() ? 3 : 4),
+               FLAGS_out.c_str());
 }
 
 }  // namespace

@@ -188,7 +188,7 @@ NamedPlot OneTrajectory(const CompareResult& result, const PlotChoice& choice) {
                            : "";
     plot.x.label = axis == 2 ? "time [s]" : "";
     plot.y.label = std::string(1, "xyz"[axis]) + " [m]";
-    if (axis > 0) plot.legend = PlotLegend::kOutside;
+    if (axis > 0) plot.legend = PlotLegend::kNone;
     for (const StrategyResult* one : chosen) {
       const Trajectory trajectory =
           TrajectoryOf(one->scores.run.alike, longest->id, joint);

@@ -27,8 +27,11 @@ void AddClass(const LearntNoise::OfClass& from, LearntNoise::OfClass* to) {
   };
   to->sigma_px = mean(to->sigma_px, from.sigma_px);
   to->process_noise = mean(to->process_noise, from.process_noise);
+  // 0: a person whose motion was not measured.
   to->least_process_noise =
-      std::min(to->least_process_noise, from.least_process_noise);
+      to->least_process_noise > 0.0 && from.least_process_noise > 0.0
+          ? std::min(to->least_process_noise, from.least_process_noise)
+          : std::max(to->least_process_noise, from.least_process_noise);
   to->greatest_process_noise =
       std::max(to->greatest_process_noise, from.greatest_process_noise);
   to->joints_seen += from.joints_seen;

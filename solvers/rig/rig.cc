@@ -15,6 +15,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/random.h"
@@ -31,7 +32,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
 constexpr double kStatureM = 1.7;
 // Standard deviation [m], per axis, of a detector's persistent error of one
 // joint of one person in one view, for people 1.7 m tall. For OpenPose's joints
@@ -173,7 +173,7 @@ double LikelyRight(const Eigen::MatrixXd& covariance,
     bool within = true;
     for (const auto& places : of_views) {
       within =
-          within && kDegrees * error.segment<3>(at).norm() <= kPromisedDeg &&
+          within && kDegPerRad * error.segment<3>(at).norm() <= kPromisedDeg &&
           error.segment<3>(at + kCentreAt).norm() <= kPromisedPlace * size_m;
       at += static_cast<Eigen::Index>(places.size());
     }
@@ -651,7 +651,6 @@ class RigEstimate {
     }
     if (kept.size() == count.size()) return true;
     if (kept.size() < 2) return false;
-    RigStart part;
     CameraRig cameras;
     std::vector<int> lags;
     std::vector<CameraChange> changes;
@@ -747,7 +746,7 @@ class RigEstimate {
     for (size_t v = 0; v < cameras_.size(); ++v) {
       const CameraChange off = fits[0].changes[v] - fits[1].changes[v];
       halves.apart.push_back(std::max(
-          kDegrees * off.segment<3>(kRotationAt).norm() / kMostRotationDeg,
+          kDegPerRad * off.segment<3>(kRotationAt).norm() / kMostRotationDeg,
           off.segment<3>(kCentreAt).norm() / (kMostPlace * SizeOf(cameras_))));
       halves.left_out_px.push_back(0.5 *
                                    (errors[0].MeanPx(static_cast<int>(v)) +
@@ -790,9 +789,9 @@ class RigEstimate {
     for (size_t v = 0; v < cameras_.size(); ++v) {
       RigView& view = result_.views[result_.used[v]];
       view.joined = true;
-      view.rotation_sigma_deg = kDegrees * Spread(fit_.covariance, at);
+      view.rotation_sigma_deg = kDegPerRad * Spread(fit_.covariance, at);
       view.centre_sigma_m = Spread(fit_.covariance, at + kCentreAt);
-      const double rotation_deg = kDegrees * Spread(given, at);
+      const double rotation_deg = kDegPerRad * Spread(given, at);
       const double centre_m = Spread(given, at + kCentreAt);
       at += static_cast<Eigen::Index>(fit_.places[v].size());
       view.clock_s = v == 0 ? 0.0 : ClockOf(v) - ClockOf(0);

@@ -33,7 +33,7 @@ constexpr double kOfTheLargest = 0.6;
 // there are too few.
 double Distance(const std::vector<std::optional<Eigen::Vector2d>>& projected,
                 const Detection& detection) {
-  constexpr int kMinPersonJoints = 6;
+  const int fewest = std::min(6, static_cast<int>(projected.size()));
   double sum = 0.0;
   double weight = 0.0;
   int count = 0;
@@ -44,7 +44,7 @@ double Distance(const std::vector<std::optional<Eigen::Vector2d>>& projected,
     weight += point.confidence;
     ++count;
   }
-  return count >= kMinPersonJoints && weight > 0.0
+  return count >= fewest && weight > 0.0
              ? sum / weight
              : std::numeric_limits<double>::infinity();
 }

@@ -305,7 +305,7 @@ PairAgreement AgreementByChance(const SetUp& set_up) {
   const auto count = static_cast<int>(set_up.ideal[0].frames.size());
   std::vector<int> lags;
   for (int i = 1; i <= kLags / 2; ++i) {
-    const int lag = i * count / (kLags + 2);
+    const int lag = std::max(1, i * count / (kLags + 2));
     lags.push_back(lag);
     lags.push_back(-lag);
   }
