@@ -289,8 +289,8 @@ TEST_P(GracefulOptions, TooFewIterationsToConverge) {
 
 INSTANTIATE_TEST_SUITE_P(SolversAndBones, GracefulOptions, kAllKinds);
 
-// Lengths that are impossible in any pose: the bone solver cannot converge
-// everywhere.
+// With a bone length that contradicts the observations, the bone solver cannot
+// converge everywhere.
 TEST(BoneSolverTest, ReportsNonConvergence) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
