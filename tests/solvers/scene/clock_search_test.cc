@@ -86,8 +86,8 @@ TEST(ClockSearchOfExactPeople, LagsAreExact) {
 }
 
 // Three of the six pairs of four views contain the late view. Every fourth of
-// 120 frames is examined, with two people each; the first eight frames of the
-// late view are empty, and two of them are examined.
+// the 120 frames is examined, 30 in all, with two people each. The first eight
+// frames of the late view are empty; two of them are among the examined frames.
 TEST(ClockSearchOfExactPeople, MovedCoversThePairsWithDifferentLags) {
   const CameraRig cameras = testing::RingOfCameras(4);
   const ClockSearch search =
@@ -141,8 +141,8 @@ TEST(ClockSearchOfExactPeople, PeopleAtRestHaveNoLags) {
   EXPECT_FALSE(ClocksOf(cameras, Realigned(seen, {0, -7, 5})).found());
 }
 
-// A lag of 9 is found with a maximum of 9, but not with 5, or in 30 frames, a
-// third of which is 10.
+// A lag of 9 is found with a maximum of 9. No result exceeds a maximum of 5,
+// nor, in 30 frames, a third of the recording, 10 frames.
 TEST(ClockSearchOfExactPeople, LagsBeyondTheReachAreNotFound) {
   const CameraRig cameras = testing::RingOfCameras(2);
   DetectionSequence seen = Realigned(Movers(cameras), {0, -9});
