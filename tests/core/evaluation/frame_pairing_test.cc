@@ -174,7 +174,7 @@ TEST(PairFramesTest, ErrorNamesRatesWithoutACommonInstant) {
     }
   }
   EXPECT_THROW(EvaluateMpjpe(truth, tracks), InputError);
-  // Also where the recordings do not overlap.
+  // The same holds for recordings that do not overlap.
   EXPECT_THROW(PairFrames(truth, Walk({50.0, 200, 5000, 100.0})), InputError);
 }
 
@@ -185,8 +185,8 @@ TEST(PairFramesTest, TimesInMillisecondsAreTheSameInstants) {
 }
 
 TEST(PairFramesTest, NumbersThatBeginDifferently) {
-  // As written by programs that count from one, or that cut a recording and
-  // renumber the rest.
+  // Some programs count frames from one, or cut a recording and renumber the
+  // remaining frames.
   for (const int64_t first_frame : {1, 50}) {
     const TrackSequence truth = Walk({25.0, 100, first_frame});
     const TrackSequence tracks = Walk({});
@@ -262,7 +262,7 @@ TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
   EXPECT_THAT(
       PairFrames(WithoutTimes(Walk({25.0, 50, 25, 1.0})), Walk({})).notes,
       IsEmpty());
-  // The same images, with one rate stated wrongly.
+  // The same images, with a wrong rate in one of the files.
   EXPECT_THAT(PairFrames(Walk({50.0, 100}), Walk({})).notes,
               ElementsAre(HasSubstr("both have frames 0 to 99")));
   TrackSequence stated = Walk({50.0, 200});

@@ -158,7 +158,7 @@ TEST(IdentityTest, PosesOnHiddenPeopleAreNoFalsePositives) {
 
 TEST(IdentityTest, PosesBesideAPartialTruthAreNoFalsePositives) {
   const TrackSequence truth = Standing("0@0 | 0@0");
-  // Identity 2 is far from all annotations, identity 3 on person 0.
+  // Identity 2 is far from all annotations, identity 3 is near person 0.
   const TrackSequence found = Standing("1@0 2@3 | 1@0 2@3 3@0.25");
   IdentityOptions options;
   EXPECT_EQ(EvaluateIdentity(truth, found, options).false_positives, 3);
