@@ -268,7 +268,7 @@ TEST_P(GracefulOptions, TooFewIterationsToConverge) {
   options.estimate_noise_scale = false;
   SimulatedRecording recording = testing::Simulate(
       scene, options, testing::WalkingMotion(scene, 30), SimulatedNoise(), 43);
-  // Starts a metre off: one step cannot converge.
+  // The initial poses are wrong by a metre, so one step cannot converge.
   for (EstimatorFrame& frame : recording.frames) {
     for (Joint3d& joint : frame.initial) joint.position_m.x() += 1.0;
   }

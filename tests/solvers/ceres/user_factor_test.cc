@@ -138,7 +138,7 @@ TEST_F(UserFactorTest, EveryChunkOfTheBatchUsesTheFactor) {
   options_.chunk_s = 0.0;
   const PersonPose whole = Run(true, source)[105].person;
   const PersonPose plain = Run(true, nullptr)[105].person;
-  options_.chunk_s = 2.0;  // three chunks
+  options_.chunk_s = 2.0;  // two chunks
   const PersonPose chunk = Run(true, source)[105].person;
   // Observations a second away have almost no influence (chunks_test.cc).
   EXPECT_LT(Apart(chunk.joints[2], whole.joints[2]), 1e-4);

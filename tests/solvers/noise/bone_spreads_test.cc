@@ -287,7 +287,8 @@ TEST(BoneSpreads, LargeSpreadGivesWay) {
 TEST(BoneSpreads, ThinningKeepsEarlyObservations) {
   Looker looker(10);
   BoneSpreads spreads(Legs());
-  // The first third is longer than the rest, in which the median lies.
+  // The bone is longer in the first third of the observations; the median lies
+  // in the other two thirds.
   for (int i = 0; i < 30000; ++i) {
     spreads.Add(0, looker.At(i < 10000 ? kLength + 0.06 : kLength));
   }
@@ -321,7 +322,7 @@ TEST(BoneSpreads, HeadIsRigid) {
   EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
   BoneSpreads spreads(Coco17());
   EXPECT_EQ(spreads.bones().size(), pairs.size());
-  // Nose to left ear and nose to right ear are mirrors.
+  // The pairs nose to left ear and nose to right ear mirror each other.
   const auto find = [&](int a, int b) {
     for (size_t i = 0; i < pairs.size(); ++i) {
       if (pairs[i].a == a && pairs[i].b == b) return static_cast<int>(i);

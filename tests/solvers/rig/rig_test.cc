@@ -298,7 +298,7 @@ CalibrationInput WithoutLenses(const CameraRig& cameras) {
 }
 
 // If cameras are wrongly assumed to be pinholes, the shifts of their images are
-// compensated by rotations. If lenses are declared unknown, the stated
+// compensated by rotations. If lenses are declared unknown, the reported
 // uncertainty covers this.
 TEST(Rig, UnknownLensesAreEstimated) {
   const Scene scene = WithRealLenses(Walkers(16.0, 4));
@@ -325,7 +325,7 @@ TEST(Rig, UnknownLensesAreEstimated) {
               std::string::npos)
         << found.rig.reasons.back();
   }
-  // With pinhole cameras the error exceeds the stated uncertainty.
+  // With pinhole cameras the error exceeds the reported uncertainty.
   input.lenses_known = true;
   const RecordingCalibration pinholes =
       CalibrateRecording(RunOptions(), input, recording);
@@ -352,7 +352,7 @@ TEST(Rig, WrongFocalLengthIsReported) {
     if (said) {
       EXPECT_NE(found.rig.verdict, RigVerdict::kCalibrated);
     }
-    // In either case the error is within the stated uncertainty.
+    // In either case the error is within the reported uncertainty.
     double sigma_deg = 0.0;
     for (const RigView& view : found.rig.views) {
       sigma_deg = std::max(sigma_deg, view.rotation_sigma_deg);

@@ -28,9 +28,9 @@ PairedMotion Paired(const std::vector<Pose3d>& truth,
 }
 
 TEST(Agreement, BiasAndLimitsMatchHandComputedValues) {
-  // Off by 10 and 30 mm to the right, 4 mm forward: bias 20 and 4, standard
-  // deviations 10 and 0, limits 19.6 and 0. Each half has the offset of the
-  // other subtracted: 20 mm remain in both.
+  // Errors of 10 and 30 mm to the right and 4 mm forward: bias 20 and 4,
+  // standard deviations 10 and 0, limits 19.6 and 0. Each half has the offset
+  // of the other subtracted: 20 mm remain in both.
   const Pose3d truth = StandingTum14();
   const MotionAgreement found = CompareMotion(
       Paired({truth, truth},
