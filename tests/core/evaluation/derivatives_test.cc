@@ -102,7 +102,7 @@ TEST(DerivativesTest, DerivativesOfTheModelTakePrecedence) {
 
 // A ground truth with every other frame is compared with differences over two
 // frames of the tracks.
-TEST(DerivativesTest, TruthAtHalfTheRate) {
+TEST(DerivativesTest, TruthMayHaveHalfTheRate) {
   const auto parabola = [](double a) {
     return [a](double t) { return Vector3d(a * t * t, 0.0, 0.0); };
   };

@@ -149,7 +149,7 @@ TEST(PairFramesTest, AMissingFrameIsAMissAtDifferentRates) {
   EXPECT_EQ(identity.misses, 30);
 }
 
-TEST(PairFramesTest, LagAtDifferentRates) {
+TEST(PairFramesTest, LagIsFoundAtDifferentRates) {
   for (const auto& [truth_hz, tracks_hz] :
        {std::pair{50.0, 25.0}, {25.0, 50.0}, {100.0, 25.0}}) {
     TrackSequence truth = Walk({truth_hz, static_cast<int>(16 * truth_hz)});
@@ -184,7 +184,7 @@ TEST(PairFramesTest, TimesInMillisecondsAreTheSameInstants) {
   EXPECT_EQ(Met(PairFrames(truth, tracks)), 120);
 }
 
-TEST(PairFramesTest, NumbersThatBeginDifferently) {
+TEST(PairFramesTest, FrameNumbersMayBeginDifferently) {
   // Some programs count frames from one, or cut a recording and renumber the
   // remaining frames.
   for (const int64_t first_frame : {1, 50}) {
@@ -283,7 +283,7 @@ TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
   EXPECT_THAT(epoch.notes, ElementsAre(HasSubstr("no time in common")));
 }
 
-TEST(PairFramesTest, EmptyRecordings) {
+TEST(PairFramesTest, EmptyAndSingleFrameRecordings) {
   EXPECT_TRUE(PairFrames(Tracks({}), Tracks({})).pairs.empty());
   EXPECT_EQ(PairFrames(Walk({}), Tracks({})).truth_frames, 100);
   EXPECT_EQ(Met(PairFrames(Walk({25.0, 1}), Walk({25.0, 1}))), 1);

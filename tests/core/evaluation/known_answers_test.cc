@@ -118,7 +118,7 @@ TEST(KnownAnswersTest, ShelfHasThePublishedNumbersOfParts) {
   }
 }
 
-TEST(KnownAnswersTest, FourDAssociationByFourDRules) {
+TEST(KnownAnswersTest, FourDAssociationByFourDProtocolOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf/raw");
   TrackReadOptions options;
   options.stored_zeros = StoredZeros::kKeep;

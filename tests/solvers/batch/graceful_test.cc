@@ -217,7 +217,7 @@ TEST_P(Graceful, NonFiniteAndHugeNumbers) {
   Run();
 }
 
-TEST_P(Graceful, InitialPosesFarOff) {
+TEST_P(Graceful, InitialPosesWithLargeErrors) {
   Make(60);
   Random random(42);
   for (EstimatorFrame& frame : recording_.frames) {

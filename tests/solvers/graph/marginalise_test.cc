@@ -90,7 +90,7 @@ TEST(Marginalise, TrailingZerosOfRowsMayBeOmitted) {
   EXPECT_LT((a.A.transpose() * a.b - b.A.transpose() * b.b).norm(), 1e-13);
 }
 
-TEST(Marginalise, MoreRowsThanTheBuffer) {
+TEST(Marginalise, RowsMayExceedTheBuffer) {
   Random random(31);
   RowTriangle<3> triangle;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();

@@ -280,7 +280,7 @@ TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
   EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
 }
 
-TEST(BoneSpreads, LargeSpreadGivesWay) {
+TEST(BoneSpreads, BoneWithLargeSpreadIsNotUsed) {
   EXPECT_TRUE(Told(Looker(8), 500, 0.12).gives_way);
 }
 

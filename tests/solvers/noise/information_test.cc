@@ -116,8 +116,8 @@ TEST(InformationTest, ProcessNoiseHasTheRequestedCrossover) {
           ProcessNoiseOfCrossover(correlation, kFrame_s, 1e-3, frequency_hz);
       const double divisor = InformationDivisor(correlation, kFrame_s, q, 1e-3);
       const double w = std::pow(q / (1e-3 * kFrame_s * divisor), 0.25);
-      // The divisor is iterated in eight rounds, each of which reduces the
-      // error to a quarter.
+      // The divisor is iterated in up to eight rounds, each of which reduces
+      // the error to a quarter or less.
       EXPECT_NEAR(w / (2.0 * 3.14159265358979 * frequency_hz), 1.0, 1e-4)
           << share << " " << frequency_hz;
     }
