@@ -143,7 +143,7 @@ TEST(RecordedPeople, DrawnPlacesLieInTheRoomAndKeepDistance) {
                   again[i]->PoseAt(t)[4].position_m);
         for (const Joint3d& joint : people[i]->PoseAt(t)) {
           EXPECT_LE(joint.position_m.head<2>().norm(), 5.0 + 0.01)
-              << "between frames the spline may bulge";
+              << "between frames the spline may overshoot";
         }
         for (size_t k = 0; k < i; ++k) {
           EXPECT_GE(

@@ -258,7 +258,8 @@ TEST_F(ViewBiasTest, ImageShiftsAppearAsBiasUnlessRemoved) {
 }
 
 // Adds observations of one joint, with residuals along one feature.
-void Tell(size_t line, double residual_m, size_t names, BiasSeries* series) {
+void AddObservations(size_t line, double residual_m, size_t names,
+                     BiasSeries* series) {
   for (int k = 0; k < 100; ++k) {
     std::vector<BiasSums> sums(names);
     BiasSums& one = sums[line];
@@ -284,8 +285,8 @@ TEST_F(ViewBiasTest, BiasOfOnePassIsUsedInTheNext) {
   const auto first = notes.NewSeries(joints_, 1);
   const auto second = notes.NewSeries(joints_, 1);
   // The order is irrelevant.
-  Tell(line_, 0.03, classes_.size(), second.get());
-  Tell(line_, 0.01, classes_.size(), first.get());
+  AddObservations(line_, 0.03, classes_.size(), second.get());
+  AddObservations(line_, 0.01, classes_.size(), first.get());
   EXPECT_EQ(notes.view_bias(), nullptr);
   notes.BeginPass();
   ASSERT_NE(notes.view_bias(), nullptr);
