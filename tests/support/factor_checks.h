@@ -35,7 +35,7 @@ inline Evaluation Evaluate(const ceres::CostFunction& factor,
   result.residuals.setZero(factor.num_residuals());
   std::vector<double*> pointers;
   for (const int32_t size : factor.parameter_block_sizes()) {
-    // NaN shows an entry that was never written.
+    // NaN reveals an entry that was never written.
     result.jacobians.emplace_back(
         RowMajorMatrix::Constant(factor.num_residuals(), size, NAN));
   }
@@ -81,7 +81,8 @@ inline void ExpectNumericJacobians(const ceres::CostFunction& factor,
   }
 }
 
-// `twin` is the factor by automatic differentiation: equal up to rounding.
+// `twin` is the same factor, automatically differentiated. Both must be equal
+// up to rounding.
 inline void ExpectSameAsTwin(const ceres::CostFunction& factor,
                              const ceres::CostFunction& twin,
                              const Blocks& blocks) {

@@ -122,7 +122,8 @@ class RunningProgram {
     raw.push_back(nullptr);
     process_ = fork();
     if (process_ != 0) return;
-    // A shell that runs the tests in the background may have these ignored.
+    // A shell that runs the tests in the background may set these signals to be
+    // ignored. Restores the defaults.
     for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
       signal(number, SIG_DFL);
     }

@@ -35,11 +35,11 @@ struct FaultySceneOptions {
   double noise_px = 2.0;
   std::string skeleton = "coco17";
   std::vector<double> distortion;  // of the lenses, as MakeLens takes it
-  // One per view; the stated capture times do not include it.
+  // One per view; not included in the capture times of the detections.
   std::vector<double> clock_offset_s;
   std::vector<double> clock_drift;  // one per view [s/s], likewise
-  // Uneven rings: an even ring looks alike from every camera, so that images
-  // could not distinguish the cameras.
+  // The ring is not closed, because the cameras of an evenly filled ring are
+  // interchangeable.
   double arc_deg = 290.0;
   // Tracks files whose people replace simulated ones, each with a position and
   // rotation drawn from `seed`, and the times of their first frames (0 if not
@@ -50,7 +50,7 @@ struct FaultySceneOptions {
 
 struct FaultyScene {
   Scene scene;        // the truth
-  CameraRig cameras;  // as stated: the truth, before faults are added
+  CameraRig cameras;  // given to programs; the truth until a fault is added
   DetectionSequence detections;
 };
 
@@ -79,14 +79,15 @@ void ChangeJoints(FaultyScene* scene, size_t view,
                   const std::function<void(Keypoint*)>& change,
                   size_t from = 0);
 
-// Rotates the camera of view `v` from frame index `from` on, as if knocked: the
-// detections move with its image (no lens), the stated cameras do not change.
+// Rotates the camera of view `v` from frame index `from` on, as if knocked: its
+// detections move with the image (only for cameras without lens distortion),
+// `cameras` does not change.
 void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
                     FaultyScene* scene);
 
 // Runs the doctor with default options, like the command.
 Diagnosis DiagnoseScene(const FaultyScene& scene);
-// The tracker's matches with the stated cameras.
+// The tracker's matches with scene.cameras.
 FrozenMatches MatchesOf(const FaultyScene& scene);
 
 // Angle [degrees] by which the rotations of two cameras differ.

@@ -23,7 +23,7 @@ CameraRig RingOfCameras(int count, double radius_m = 5.0,
 Pose3d StandingPerson(double x_m, double y_m);
 
 // The exact projection of a pose into a camera, with confidence 1; joints
-// outside its view are not found.
+// behind the camera are not found.
 Detection Project(const Pose3d& pose, const Camera& camera);
 
 // The exact detections of these people in all cameras.

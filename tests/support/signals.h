@@ -37,7 +37,7 @@ inline EstimatorFrame FrameAt(int frame, double x_m) {
   return in;
 }
 
-// `count` times of a uniform clock [s].
+// The first `count` instants of a uniform clock [s].
 inline std::vector<double> UniformTimes(int count, double rate_hz = 25.0) {
   std::vector<double> times_s(static_cast<size_t>(count));
   for (int k = 0; k < count; ++k) times_s[static_cast<size_t>(k)] = k / rate_hz;
@@ -88,7 +88,7 @@ inline void ExpectPlaces(const Eigen::MatrixXd& found,
   }
 }
 
-// The gain of a linear filter for a cosine of that frequency, far from the
+// The gain of a linear filter for a cosine of the given frequency, far from the
 // ends.
 inline double Gain(
     const std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>& filter,

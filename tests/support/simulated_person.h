@@ -1,5 +1,6 @@
-// A simulation for the estimators: a ring of cameras, one person who moves
-// according to the motion prior, and detections with noise that a test chooses.
+// A simulation for the estimators: a ring of cameras, one person whose motion
+// is drawn from the motion prior or is a walk, and detections with noise that a
+// test chooses.
 #ifndef KINEGRAPH_TESTS_SUPPORT_SIMULATED_PERSON_H_
 #define KINEGRAPH_TESTS_SUPPORT_SIMULATED_PERSON_H_
 
@@ -14,9 +15,9 @@
 
 namespace kinegraph::testing {
 
-// `count` cameras around the origin at height 1 m, looking at it; images of
-// 2000 x 2000 px. With a radius of 1e8 m the cameras are affine to within 1e-8
-// of the image size.
+// `count` cameras on a circle around the z axis at a height of 1 m, looking
+// horizontally at the axis; images of 2000 x 2000 px. With a radius of 1e8 m
+// the cameras are affine to within 1e-8 of the image size.
 CameraRig RingOfCameras(int count, double radius_m, double focal_px,
                         bool with_lens = false);
 
@@ -35,8 +36,8 @@ struct SimulatedNoise {
   double correlation_time_s = 0.0;
   double missing = 0.0;          // probability of a joint not being found
   double outliers = 0.0;         // share of gross outliers
-  int outlier_burst = 1;         // frames that an outlier lasts
-  double outlier_low_px = 30.0;  // its size, in a direction that it keeps
+  int outlier_burst = 1;         // duration of an outlier [frames]
+  double outlier_low_px = 30.0;  // its size; its direction is constant
   double outlier_high_px = 200.0;
   double confidence_low = 1.0;  // uniform between these
   double confidence_high = 1.0;
@@ -87,7 +88,7 @@ SimulatedRecording Simulate(const SceneModel& scene,
 PersonProblem Assemble(const SceneModel& scene, const GraphOptions& options,
                        const std::vector<EstimatorFrame>& frames);
 
-// The batch, or the window.
+// The batch estimator or the window estimator.
 std::unique_ptr<Estimator> MakeEstimator(bool batch, const SceneModel& scene,
                                          const GraphOptions& options);
 

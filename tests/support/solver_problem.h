@@ -14,10 +14,10 @@
 
 namespace kinegraph::testing {
 
-// Dropping the first frames must not change the covariances of the others; the
-// information of observations is multiplied by `correction`.
-inline void ExpectDroppingKeepsCovariances(double correction,
-                                           PersonProblem problem) {
+// Marginalising out the first frames must not change the covariances of the
+// other frames; the information of observations is multiplied by `correction`.
+inline void ExpectMarginalisationKeepsCovariances(double correction,
+                                                  PersonProblem problem) {
   const size_t frames = problem.times.size();
   std::vector<std::vector<Matrix6d>> before;
   ASSERT_TRUE(PersonCovariances(problem, correction, frames, &before));
@@ -57,11 +57,12 @@ class SolverProblemTest : public ::testing::Test {
     int frames = 30;
     uint64_t seed = 17;
     bool distorted = false;
-    // Capture delay of each camera after the previous one [ns].
+    // Delay of each camera's capture times relative to the previous camera
+    // [ns].
     int64_t later_each_ns = 0;
   };
 
-  // A walking arm with poor initial values.
+  // The arm of a walking person, with poor initial values.
   void Make(const Rig& rig, const SimulatedNoise& noise) {
     scene_ = SmallScene(RingOfCameras(rig.cameras, 5.0, 1000.0, rig.distorted),
                         25.0);

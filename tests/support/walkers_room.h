@@ -1,4 +1,4 @@
-// A person who walks in a circle before four cameras, and the resulting
+// A person who walks in a circle in view of four cameras, and the resulting
 // recording, to which a test adds a fault. Matches are known.
 #ifndef KINEGRAPH_TESTS_SUPPORT_WALKERS_ROOM_H_
 #define KINEGRAPH_TESTS_SUPPORT_WALKERS_ROOM_H_
@@ -13,7 +13,8 @@
 
 namespace kinegraph::testing {
 
-// A person on a circle of 1 m at 1 m/s, 25 frames per second.
+// A person who walks on a circle with a radius of 1 m at 1 m/s, at 25 frames
+// per second.
 inline Pose3d WalkerOnARound(int frame) {
   return StandingPerson(std::cos(0.04 * frame), std::sin(0.04 * frame));
 }

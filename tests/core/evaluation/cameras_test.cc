@@ -24,7 +24,8 @@ Camera CameraAt(const std::string& name, const Vector3d& centre,
   return Camera(parameters);
 }
 
-// Looks at the origin from a circle of 4 m, z up.
+// Rotation of an upright camera at this angle on a circle around the z axis,
+// which looks horizontally at the axis.
 Matrix3d LooksInwards(double angle_rad) {
   Matrix3d R;
   const Vector3d forward(-std::cos(angle_rad), -std::sin(angle_rad), 0.0);

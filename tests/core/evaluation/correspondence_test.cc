@@ -59,7 +59,7 @@ TEST(MatchOneToOneTest, GateIncludesItsLimit) {
   EXPECT_TRUE(MatchOneToOne(cost, kNoGate).empty());
 }
 
-TEST(MatchOneToOneTest, EmptySides) {
+TEST(MatchOneToOneTest, EmptyMatricesHaveNoPairs) {
   EXPECT_TRUE(MatchOneToOne(Eigen::MatrixXd(0, 3), 1.0).empty());
   EXPECT_TRUE(MatchOneToOne(Eigen::MatrixXd(3, 0), 1.0).empty());
   EXPECT_TRUE(MatchOneToOne(Eigen::MatrixXd(0, 0), 1.0).empty());

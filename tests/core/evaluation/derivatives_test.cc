@@ -102,7 +102,7 @@ TEST(DerivativesTest, DerivativesOfTheModelTakePrecedence) {
 
 // A ground truth with every other frame is compared with differences over two
 // frames of the tracks.
-TEST(DerivativesTest, TruthAtHalfTheRate) {
+TEST(DerivativesTest, TruthMayHaveHalfTheRate) {
   const auto parabola = [](double a) {
     return [a](double t) { return Vector3d(a * t * t, 0.0, 0.0); };
   };
@@ -118,7 +118,8 @@ TEST(DerivativesTest, TruthAtHalfTheRate) {
   EXPECT_NEAR(result.all[0].acceleration_rms_m_s2, 0.4, 1e-9);
 }
 
-// Falls at 3 m/s until `at_s`, then stands; rounded off over `round_s`.
+// A fall at 3 m/s until `at_s`, then rest; the transition is smoothed over
+// `round_s`.
 Vector3d Landing(double t, double at_s, double round_s) {
   const double before = t - at_s;
   const double smooth =

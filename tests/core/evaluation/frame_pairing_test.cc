@@ -149,7 +149,7 @@ TEST(PairFramesTest, AMissingFrameIsAMissAtDifferentRates) {
   EXPECT_EQ(identity.misses, 30);
 }
 
-TEST(PairFramesTest, LagAtDifferentRates) {
+TEST(PairFramesTest, LagIsFoundAtDifferentRates) {
   for (const auto& [truth_hz, tracks_hz] :
        {std::pair{50.0, 25.0}, {25.0, 50.0}, {100.0, 25.0}}) {
     TrackSequence truth = Walk({truth_hz, static_cast<int>(16 * truth_hz)});
@@ -174,7 +174,7 @@ TEST(PairFramesTest, ErrorNamesRatesWithoutACommonInstant) {
     }
   }
   EXPECT_THROW(EvaluateMpjpe(truth, tracks), InputError);
-  // Also where the recordings do not overlap.
+  // The same holds for recordings that do not overlap.
   EXPECT_THROW(PairFrames(truth, Walk({50.0, 200, 5000, 100.0})), InputError);
 }
 
@@ -184,9 +184,9 @@ TEST(PairFramesTest, TimesInMillisecondsAreTheSameInstants) {
   EXPECT_EQ(Met(PairFrames(truth, tracks)), 120);
 }
 
-TEST(PairFramesTest, NumbersThatBeginDifferently) {
-  // As written by programs that count from one, or that cut a recording and
-  // renumber the rest.
+TEST(PairFramesTest, FrameNumbersMayBeginDifferently) {
+  // Some programs count frames from one, or cut a recording and renumber the
+  // remaining frames.
   for (const int64_t first_frame : {1, 50}) {
     const TrackSequence truth = Walk({25.0, 100, first_frame});
     const TrackSequence tracks = Walk({});
@@ -262,7 +262,7 @@ TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
   EXPECT_THAT(
       PairFrames(WithoutTimes(Walk({25.0, 50, 25, 1.0})), Walk({})).notes,
       IsEmpty());
-  // The same images, with one rate stated wrongly.
+  // The same images, with a wrong rate in one of the files.
   EXPECT_THAT(PairFrames(Walk({50.0, 100}), Walk({})).notes,
               ElementsAre(HasSubstr("both have frames 0 to 99")));
   TrackSequence stated = Walk({50.0, 200});
@@ -283,7 +283,7 @@ TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
   EXPECT_THAT(epoch.notes, ElementsAre(HasSubstr("no time in common")));
 }
 
-TEST(PairFramesTest, EmptyRecordings) {
+TEST(PairFramesTest, EmptyAndSingleFrameRecordings) {
   EXPECT_TRUE(PairFrames(Tracks({}), Tracks({})).pairs.empty());
   EXPECT_EQ(PairFrames(Walk({}), Tracks({})).truth_frames, 100);
   EXPECT_EQ(Met(PairFrames(Walk({25.0, 1}), Walk({25.0, 1}))), 1);

@@ -171,7 +171,7 @@ TEST(HeldOutTest, RefusesASetOfOtherDetections) {
   EXPECT_THROW(score({1, "cam0", 1, TrackId(3)}), InputError);
   EXPECT_THROW(score({1, "cam0", 0, TrackId(77)}), InputError);
   EXPECT_THROW(score({99, "cam0", 0, TrackId(3)}), InputError);
-  EXPECT_NO_THROW(score({99, "cam1", 0, TrackId(3)}));  // another camera's
+  EXPECT_NO_THROW(score({99, "cam1", 0, TrackId(3)}));  // of another camera
 }
 
 TEST(HeldOutTest, FiltersByClassAndView) {
@@ -230,8 +230,8 @@ TEST(HeldOutTest, TruncatedErrorsPoolToTheMean) {
 
 TEST(HeldOutTest, NormalisesResidualsByPredictionAndDetector) {
   const Scene scene;
-  // 0.1 m sideways are 10 px; a standard deviation of 0.03 m is 3 px, the
-  // detector's is 4 px: 10^2 / (3^2 + 4^2).
+  // 0.1 m sideways are 10 px. A standard deviation of 0.03 m is 3 px and the
+  // detector's is 4 px, so the normalised square is 10^2 / (3^2 + 4^2) = 4.
   PersonPose person = Person(3, Moved(StandingTum14(), 0.1));
   person.covariances.assign(
       14, Eigen::Matrix3d(0.03 * 0.03 * Eigen::Matrix3d::Identity()));
@@ -249,7 +249,7 @@ TEST(HeldOutTest, NormalisesResidualsByPredictionAndDetector) {
   for (const HeldOutJoint& joint : scores.joints) {
     ASSERT_TRUE(joint.normalised_squared.has_value());
     // Joints are not all exactly 4 m away, and off the axis an error in depth
-    // is also one in the image: a few per cent.
+    // also appears in the image. Both effects are a few per cent.
     EXPECT_NEAR(*joint.normalised_squared, 4.0, 0.4);
   }
 }

@@ -115,8 +115,8 @@ TEST(HotaTest, ScoresMatchHandComputedValues) {
 }
 
 TEST(HotaTest, PosesPassThresholdsUpToTheirSimilarity) {
-  // Always 0.25 m off: similarity 1 - 0.25 / (2 * 0.5) = 0.75, which passes the
-  // fifteen thresholds 0.05 ... 0.75 and none of the four above.
+  // The error is always 0.25 m: similarity 1 - 0.25 / (2 * 0.5) = 0.75, which
+  // passes the fifteen thresholds 0.05 ... 0.75 and none of the four above.
   const IdentityResult result = Evaluate("0@0 | 0@0", "1@0.25 | 1@0.25");
   EXPECT_EQ(result.hota_at[14].hota, 1.0);
   EXPECT_EQ(result.hota_at[15].hota, 0.0);
@@ -158,7 +158,7 @@ TEST(IdentityTest, PosesOnHiddenPeopleAreNoFalsePositives) {
 
 TEST(IdentityTest, PosesBesideAPartialTruthAreNoFalsePositives) {
   const TrackSequence truth = Standing("0@0 | 0@0");
-  // Identity 2 is far from all annotations, identity 3 on person 0.
+  // Identity 2 is far from all annotations, identity 3 is near person 0.
   const TrackSequence found = Standing("1@0 2@3 | 1@0 2@3 3@0.25");
   IdentityOptions options;
   EXPECT_EQ(EvaluateIdentity(truth, found, options).false_positives, 3);

@@ -21,15 +21,15 @@
 namespace kinegraph {
 namespace {
 
-// Published values have two decimals: half a unit of the last, plus rounding of
-// a double.
+// Published values have two decimals. The tolerance is half a unit of the last
+// decimal, plus the rounding of a double.
 constexpr double kTwoDecimals = 0.005 + 1e-9;
 constexpr double kOneDecimal = 0.05 + 1e-9;
 
 constexpr double kNone = -1.0;  // a cell that the table leaves empty
 
-// Percentages: actors 0 to 3, the mean of actors 0 to 2, and this mean by the
-// strict rule.
+// Percentages of actors 0 to 3, the mean over actors 0 to 2, and this mean by
+// the strict rule.
 struct Row {
   HeadConversion head;
   PcpGroup group;
@@ -43,7 +43,7 @@ constexpr auto kMvpose = HeadConversion::kMvpose;
 constexpr auto kVoxelpose = HeadConversion::kVoxelposeShelf;
 constexpr auto kRaw = HeadConversion::kRaw;
 
-// data/shelf/reference/README.md.
+// Scores from data/shelf/reference/README.md.
 using G = PcpGroup;
 constexpr Row kReferenceRows[] = {
     {kChu, G::kHead, {99.28, 100, 96.89, 84.85}, 98.73, kNone},
@@ -118,7 +118,7 @@ TEST(KnownAnswersTest, ShelfHasThePublishedNumbersOfParts) {
   }
 }
 
-TEST(KnownAnswersTest, FourDAssociationByFourDRules) {
+TEST(KnownAnswersTest, FourDAssociationByFourDProtocolOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf/raw");
   TrackReadOptions options;
   options.stored_zeros = StoredZeros::kKeep;

@@ -86,7 +86,8 @@ TEST(CoverageTest, CountsTruePeopleWithAPoseNearby) {
 }
 
 TEST(Smoothness, DifferencesOfPolynomialsAreExactDerivatives) {
-  // Second and third differences of a cubic are exact: 2 b + 6 c t_mid, 6 c.
+  // Second and third differences of b t^2 + c t^3 are exact: 2 b + 6 c t at the
+  // middle, and 6 c.
   const auto mean = [](int order, const std::function<double(double)>& motion) {
     const TrackSequence tracks = Moving(10, 25.0, motion);
     return PooledRatio(
@@ -97,14 +98,15 @@ TEST(Smoothness, DifferencesOfPolynomialsAreExactDerivatives) {
   EXPECT_NEAR(mean(3, [](double t) { return 0.5 * t * t * t; }), 3.0, 1e-9);
 }
 
-TEST(Smoothness, UnitsFollowTheGivenFramesNotTheTracks) {
+TEST(Smoothness, SeriesFollowTheGivenFramesNotTheTracks) {
   TrackSequence tracks = Moving(10, 25.0, [](double t) { return t; });
   const std::vector<PersonFrames> people = PersonFramesOf(tracks);
   tracks.frames[4].people.clear();
   const auto series = DifferenceSeries(tracks, people, 2, 25.0);
   ASSERT_EQ(series.size(), 1u);
   ASSERT_EQ(series[0].size(), 10u);
-  // Frames 2 to 4 are missing or lack a neighbour; 8 and 9 have no successor.
+  // Frame 4 is missing, so no difference starts in frames 2 to 4. Frames 8 and
+  // 9 do not have two successors.
   for (size_t k = 0; k < 10; ++k) {
     const bool is_whole = k < 2 || (k > 4 && k < 8);
     EXPECT_EQ(series[0][k].weight, is_whole ? 12.0 : 0.0) << k;
@@ -150,7 +152,7 @@ TEST(Power, IsNaNIfTheFrameRateIsTooLow) {
 
 constexpr double kRate = 50.0;
 
-// Two people who sway at different frequencies, `delay_s` late.
+// Two people who sway at different frequencies, delayed by `delay_s`.
 TrackSequence Swaying(double delay_s, int64_t first_id = 1) {
   std::vector<TrackFrame> all;
   for (int k = 0; k < 300; ++k) {
@@ -169,7 +171,7 @@ TEST(Lag, FindsTheDelayToAFractionOfAFrame) {
   for (const double delay_s : {0.0, 0.04, 0.051, 0.13, -0.033}) {
     const auto lag = EstimateLag(reference, Swaying(delay_s, 10), kRate);
     ASSERT_TRUE(lag.has_value()) << delay_s;
-    // The parabola through a cosine whose samples are 0.1 rad apart is right
+    // The parabola through a cosine whose samples are 0.1 rad apart is accurate
     // to a few thousandths of a sample (0.02 s).
     EXPECT_NEAR(*lag, delay_s, 2e-4) << delay_s;
   }

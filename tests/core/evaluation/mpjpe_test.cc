@@ -117,7 +117,7 @@ TEST(MpjpeTest, LostPeopleAndJointsAreCountedNotAveraged) {
   EXPECT_EQ(result.people[2].joint_count, 0);
 }
 
-TEST(MpjpeTest, NothingToCompare) {
+TEST(MpjpeTest, ErrorsAreNaNWithoutMatchedPeople) {
   EXPECT_TRUE(std::isnan(EvaluateMpjpe(Tracks({}), Tracks({})).raw_m));
   const MpjpeResult result = EvaluateMpjpe(Alone(), Standing("0@9"));
   EXPECT_TRUE(std::isnan(result.bias_removed_m));

@@ -54,9 +54,9 @@ TEST(PanopticTest, PerfectPosesScoreOne) {
 }
 
 TEST(PanopticTest, PrecisionFollowsTheScores) {
-  // By score: right, wrong (too far), right. Precision 1, 1/2, 2/3; made
-  // non-increasing from the right 1, 2/3, 2/3. Two of two true people: (1 +
-  // 2/3) / 2.
+  // In order of score, the poses are correct, wrong (too far) and correct. The
+  // precision is 1, 1/2, 2/3, or 1, 2/3, 2/3 when made non-increasing. Both
+  // true people are found, with a mean precision of (1 + 2/3) / 2.
   const TrackSequence truth = Panoptic({{{0, 0}, {4, 0}}});
   const TrackSequence found =
       Panoptic({{{2, 0.8}, {4.0625, 0.7}, {0.03125, 0.9}}});

@@ -18,7 +18,7 @@ TEST(ParityTest, AResultEqualsItself) {
   EXPECT_EQ(result.paired_person_frames, 2);
 }
 
-TEST(ParityTest, SharesByDistance) {
+TEST(ParityTest, JointsAreCountedByDistance) {
   const TrackSequence reference =
       Tracks({Frame(4, {Person(9, StandingTum14())})});
   Pose3d pose = StandingTum14();

@@ -70,7 +70,7 @@ TEST(PcpTest, LimitsOfTheEndpointRules) {
   EXPECT_EQ(Lost(Forward(kAnkle, 0.5), mean), Names()) << "the limit itself";
   EXPECT_EQ(Lost(Forward(kAnkle, 0.5 + 0x1p-20), mean), leg);
   EXPECT_EQ(Lost(Forward(kAnkle, 0.25), each), Names());
-  EXPECT_EQ(Lost(Forward(kAnkle, 0.3125), each), leg) << "right by the mean";
+  EXPECT_EQ(Lost(Forward(kAnkle, 0.3125), each), leg) << "correct by the mean";
   mean.strictly_less = each.strictly_less = true;
   EXPECT_EQ(Lost(Forward(kAnkle, 0.5), mean), leg);
   EXPECT_EQ(Lost(Forward(kAnkle, 0.25), each), leg);
@@ -180,8 +180,8 @@ TEST(PcpTest, MatchesPeopleByTheProtocol) {
 }
 
 TEST(PcpTest, HeadlineIsTheUnweightedMeanOfActors) {
-  // Actor 0 is correct in both frames, actor 1 lost in its only one, actor 3
-  // not part of the headline.
+  // Actor 0 is correct in both frames, actor 1 is lost in its only frame, and
+  // actor 3 is not part of the headline.
   const PcpResult result =
       EvaluatePcp(Standing("0@0 1@9 | 0@0 3@5"), Standing("0@0 | 0@0"),
                   PcpProtocol());  // actors 0, 1, 2
@@ -259,7 +259,8 @@ TEST(PcpProtocolTest, IsFoundByName) {
 constexpr int kBottom = 12;
 constexpr int kTop = 13;
 
-// Facing +y. m = (0, 0, 1.5), n = (0, 0.2, 1.7), e = (0, 0.1, 1.7).
+// Faces +y. Middle of the shoulders m = (0, 0, 1.5), nose n = (0, 0.2, 1.7),
+// middle of the ears e = (0, 0.1, 1.7).
 Pose3d CocoPerson() {
   Pose3d pose(17);
   const std::vector<int> coco_of_tum = {16, 14, 12, 11, 13, 15,
@@ -281,7 +282,7 @@ void ExpectNear(const Vector3d& found, const Vector3d& expected) {
 }
 
 TEST(HeadConversionTest, MatchesHandComputedValues) {
-  // Face direction of 4d: (0, 0, 1.5 - 1) x (0.5, 0, 0) points along +y.
+  // The face direction in k4d, (0, 0, 1.5 - 1) x (0.5, 0, 0), points along +y.
   struct Head {
     HeadConversion conversion;
     Vector3d bottom, top;
@@ -306,7 +307,8 @@ TEST(HeadConversionTest, MatchesHandComputedValues) {
 }
 
 TEST(HeadConversionTest, WeightsApplyToWorldAxes) {
-  // The same head rotated to +x gets other factors: 0.78 instead of 0.5.
+  // If the head faces +x, the forward offset has another factor: 0.78 instead
+  // of 0.5.
   Pose3d pose = CocoPerson();
   pose[0] = Observed(0.2, 0.0, 1.7);
   const Pose3d converted = Tum14Converter(Coco17(), HeadConversion::kChu)(pose);
@@ -360,7 +362,7 @@ TEST(HeadConversionTest, AComputedJointHasTheStatusOfItsWorstSource) {
   EXPECT_EQ(converted[8].status, JointStatus::kObserved);
 }
 
-TEST(HeadConversionTest, SkeletonWithoutEarsHasNoEarHead) {
+TEST(HeadConversionTest, ConversionsThatUseEarsNeedEars) {
   const Skeleton body("body", {"nose", "l_shoulder", "r_shoulder"}, {});
   const Pose3d pose = {Observed(0, 0.2, 1.7), Observed(-0.2, 0, 1.5),
                        Observed(0.2, 0, 1.5)};

@@ -59,9 +59,9 @@ class SmoothingBalanceTest : public ::testing::Test {
 const double kMotionM = kAmplitudeM / std::sqrt(2.0);
 // The trend and the mean take 2 of 50 degrees of freedom from the noise.
 const double kKeptM = kNoiseM * std::sqrt(3.0 * 48.0 / 50.0);
-// Standard error of a power from 79 segments of 48 x 3 noise values, half
-// overlapping, is 2 %; of the cross-spectrum with the reference's errors, whose
-// power is four times as large, 4 %: 10 % of an amplitude (its root) is 5
+// The standard error of a power from 79 segments of 48 x 3 noise values, half
+// overlapping, is 2 %; that of the cross-spectrum with the reference's errors,
+// whose power is four times as large, 4 %: 10 % of an amplitude (its root) is 5
 // standard errors.
 constexpr double kTolerance = 0.1;
 

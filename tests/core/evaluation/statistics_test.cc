@@ -85,9 +85,9 @@ TEST(BootstrapTest, IndependentValuesGiveAnalyticStandardError) {
   const std::vector<double> values = CorrelatedSeries(400, 0.0, 7);
   const Interval interval =
       RatioInterval(MeanOfRatios, {Series(values)}, Drawing(1, 4000));
-  // For single units the standard error is exactly s / sqrt(n) up to the
-  // resamples' own variation, 1 / sqrt(2 * 4000) = 1.1 %; the tolerance is five
-  // times that.
+  // If single values are resampled, the standard error is exactly s / sqrt(n)
+  // up to the random variation of the resamples, 1 / sqrt(2 * 4000) = 1.1 %;
+  // the tolerance is five times that.
   const double expected = StandardDeviation(values) / std::sqrt(400.0);
   EXPECT_NEAR(interval.standard_error / expected, 1.0, 0.056);
   // A 95 % interval of a normal mean is +-1.96 standard errors. A quantile at
@@ -103,10 +103,10 @@ TEST(BootstrapTest, BlocksIncludeTheCorrelationOfNeighbours) {
   const Interval interval =
       RatioInterval(MeanOfRatios, {Series(values)}, Drawing(25, 1000));
   // Variance of the mean of n values: (1 + rho) / (1 - rho) / n = 4 / n. Blocks
-  // of L = 25 find L + 2 sum (L - k) rho^k = 0.925 of that per value. The 800
-  // blocks contribute sqrt(2 / 800) / 2 = 2.5 % of variation of the standard
-  // error, the resamples 2.2 %; together 3.4 %; the tolerance is four times
-  // that.
+  // of L = 25 values find (1 + 2 sum (1 - k / L) rho^k) / n = 3.7 / n, i.e.
+  // 0.925 of that. The 800 blocks contribute sqrt(2 / 800) / 2 = 2.5 % of
+  // variation of the standard error, the resamples 2.2 %; together 3.4 %; the
+  // tolerance is four times that.
   double expected = 1.0;
   for (int k = 1; k < 25; ++k) {
     expected += 2.0 * (1.0 - k / 25.0) * std::pow(kRho, k);
@@ -114,13 +114,14 @@ TEST(BootstrapTest, BlocksIncludeTheCorrelationOfNeighbours) {
   const double standard_error = std::sqrt(expected / 20000.0);
   EXPECT_NEAR(interval.standard_error / standard_error, 1.0, 0.14);
 
-  // Single frames underestimate the standard error by a factor of two.
+  // Resampling single values underestimates the standard error by a factor of
+  // two.
   EXPECT_LT(RatioInterval(MeanOfRatios, {Series(values)}, Drawing(1, 1000))
                 .standard_error,
             0.6 * standard_error);
 }
 
-TEST(BootstrapTest, DrawsAsManyUnitsAsThereAre) {
+TEST(BootstrapTest, ResamplesHaveTheSizeOfTheData) {
   int resamples = 0;
   BlockBootstrap({60, 7, 1, 0}, [&](const DrawCounts& counts) {
     ++resamples;
@@ -178,7 +179,7 @@ TEST(BootstrapTest, NoUnitsGiveNaN) {
 }
 
 TEST(BootstrapTest, MeanOfRatiosWeighsSeriesEqually) {
-  // 1/1 of one frame and 1/4 of four: mean of 100 % and 25 %.
+  // One of one frame and one of four frames: the mean of 100 % and 25 %.
   EXPECT_DOUBLE_EQ(
       MeanOfRatios({Series({1.0}), Series({1.0, 0.0, 0.0, 0.0}), {}}), 0.625);
 }

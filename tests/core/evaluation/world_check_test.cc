@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Two people who walk, away from the origin.
+// Two people who walk, at some distance from the origin.
 TrackSequence Walkers() {
   TrackSequence tracks = Tracks({});
   for (int k = 0; k < 50; ++k) {

@@ -180,8 +180,8 @@ TEST(SegmentDistance, MatchesMinimumOverSampledPoints) {
       least = std::min(least, (p - q).norm());
     }
   }
-  // The grid is off by at most half a step along each segment, which changes
-  // the distance by less than the step squared over the distance.
+  // The nearest grid points are at most half a step away along each segment,
+  // which changes the distance by less than the step squared over the distance.
   EXPECT_NEAR(Distance(p0, p1, q0, q1), least, 1e-4);
   EXPECT_LE(Distance(p0, p1, q0, q1), least + 1e-12);
 }

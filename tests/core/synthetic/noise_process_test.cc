@@ -33,8 +33,8 @@ TEST(MarkovBursts, RateAndMeanLength) {
     // Bursts cannot be shorter than those of independent frames.
     const double length = std::max(frames, 1.0 / (1.0 - rate));
     // The chain's lag-one correlation is 1 - q with q = 1 / (length (1 -
-    // rate)), so its variance inflation is (2 - q) / q. Five standard
-    // deviations.
+    // rate)), so its variance inflation is (2 - q) / q. The tolerance is five
+    // standard deviations.
     const double q = 1.0 / (length * (1.0 - rate));
     EXPECT_NEAR(on / kFrames, rate,
                 5.0 * std::sqrt(rate * (1.0 - rate) / kFrames * (2.0 - q) / q));
@@ -54,7 +54,8 @@ TEST(MarkovBursts, RatesOfZeroAndOneAreExact) {
 }
 
 TEST(FixedBursts, StartsInTheStationaryState) {
-  // Over many new processes every early frame is on at the rate.
+  // Over many new processes, each of the first frames is on with the stationary
+  // rate.
   constexpr int kProcesses = 20000;
   constexpr double kRate = 0.2;
   std::vector<int> on(6, 0);

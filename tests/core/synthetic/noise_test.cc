@@ -178,7 +178,8 @@ TEST(Noise, OrderOfDetectionsIsShuffledAndIndexed) {
                  ++full;
                  first_is_zero += labels[0].person == 0 ? 1 : 0;
                });
-  // Each of three to five is first equally often: between 1/5 and 1/3.
+  // Each of three to five people is the first detection equally often: between
+  // 1/5 and 1/3.
   ASSERT_GT(full, 500);
   EXPECT_GT(first_is_zero, 0.2 * full - 5.0 * std::sqrt(0.16 * full));
   EXPECT_LT(first_is_zero, full / 3.0 + 5.0 * std::sqrt(0.23 * full));
@@ -212,8 +213,8 @@ struct Spread {
     squares += error.squaredNorm();
     n += 2.0;
   }
-  // The variance of n squares of a Gaussian is 2 sigma^4 / n; five standard
-  // deviations.
+  // The variance of the mean of n squares of a Gaussian is 2 sigma^4 / n. The
+  // tolerance is five standard deviations.
   void ExpectVariance(double variance) const {
     EXPECT_NEAR(squares / n, variance, 5.0 * variance * std::sqrt(2.0 / n));
   }
@@ -263,8 +264,8 @@ TEST(Noise, OutputIsDeterminedByTheSeed) {
   EXPECT_NE(once, numbers());
 }
 
-// The random numbers of one kind of noise do not depend on the others: added
-// outliers leave all other joints unchanged.
+// The random numbers of one kind of noise do not depend on the other kinds:
+// added outliers leave all other joints unchanged.
 TEST(Noise, KindsOfNoiseDoNotDisturbEachOther) {
   NoiseOptions options;
   options.joints.sigma_px = 2.0;
@@ -339,7 +340,8 @@ TEST(Noise, PixelNoiseDependsOnDepthAndJointClass) {
   normalised.ExpectVariance(1.0);
 }
 
-// Correlation at lag k: static + slow exp(-k dt / tau).
+// The correlation at lag k is static + slow exp(-k dt / tau), where static and
+// slow are shares of the variance.
 TEST(Noise, CorrelatedNoiseHasTheRequestedAutocorrelation) {
   for (const double rate : {25.0, 100.0}) {
     SceneOptions scene_options;
@@ -370,10 +372,10 @@ TEST(Noise, CorrelatedNoiseHasTheRequestedAutocorrelation) {
           n / 2.0 / static_cast<double>(scene.times.size() - lag * step);
       ASSERT_GT(series_count, 100);
       const double expected = 0.3 + 0.5 * std::exp(-lag * 0.04 / 0.16);
-      // Standard error: the static part is one draw per series and axis, 0.3
-      // times the spread sqrt(2) of a squared Gaussian; the rest has about 40 s
-      // / 0.16 s independent values per series, whose products spread by less
-      // than 1 + 2 sqrt(0.3).
+      // For the standard error, the static part is one draw per series and
+      // axis, 0.3 times the spread sqrt(2) of a squared Gaussian; the remainder
+      // has about 40 s / (2 * 0.16 s) independent values per series, whose
+      // products spread by less than 1 + 2 sqrt(0.3).
       const double draws = 2.0 * series_count;
       const double sigma =
           std::sqrt(0.09 * 2.0 / draws + 2.1 * 2.1 * 2.0 * 0.16 / 40.0 / draws);
@@ -387,8 +389,8 @@ TEST(Noise, StudentTailsKeepTheSigma) {
   NoiseOptions options;
   options.joints.sigma_px = 3.0;
   options.joints.student_dof = 5.0;
-  // 5 % of a t with 5 degrees of freedom lie beyond 2.5706 (tables), whose
-  // standard deviation is sqrt(5/3).
+  // A t distribution with 5 degrees of freedom has the standard deviation
+  // sqrt(5/3), and 5 % of it lie beyond 2.5706 (tables).
   const double limit = 2.5706 / std::sqrt(5.0 / 3.0) * 3.0;
   double beyond = 0.0, n = 0.0;
   for (const auto& [key, errors] : ErrorSeries(TestScene(), options)) {
@@ -472,7 +474,8 @@ TEST(Noise, OutliersLieOnAnotherPerson) {
     }
   });
   // Outliers lie on another person if one is within a person's size in the
-  // image, which is mostly so for four people on a circle of 1.5 m.
+  // image, which is mostly so for four people within a circle with a radius of
+  // 1.5 m.
   EXPECT_GT(on_other, 0.5 * static_cast<double>(outliers));
 }
 
@@ -503,7 +506,8 @@ TEST(Noise, HiddenJointsAreMissingAndNoisier) {
   });
   const double share =
       static_cast<double>(hidden.size()) / static_cast<double>(all);
-  // Five people on a circle of 3 m: some occlude others, most do not.
+  // Of five people within a circle with a radius of 3 m, some occlude others,
+  // most do not.
   EXPECT_GT(share, 0.02);
   EXPECT_LT(share, 0.35);
 
@@ -535,9 +539,9 @@ TEST(Noise, ConfidenceDeterminesTheNoise) {
     if (c < 1.0 && c > 0.05) normalised.Add(error * std::sqrt(c / (9.0 * 0.4)));
   });
   normalised.ExpectVariance(1.0);
-  // The mean square stays that of sigma_px. Its spread: E f^4 = exp(4 s^2) for
-  // the factor f, so the variance of a squared error is 3 exp(4 s^2) - 1; both
-  // axes share f, hence twice that.
+  // The mean square remains sigma_px^2. For its spread, E f^4 = exp(4 s^2)
+  // holds for the factor f, so the variance of a squared error is 3 exp(4 s^2)
+  // - 1; both axes share f, hence twice that.
   const double variance = 2.0 * (3.0 * std::exp(4.0 * 0.09) - 1.0);
   EXPECT_NEAR(all.squares / all.n, 9.0,
               5.0 * 9.0 * std::sqrt(variance / all.n));
@@ -597,7 +601,8 @@ TEST(Noise, MissedPeopleFalsePeopleFragmentsAndDoublesAreLabelled) {
   ExpectShare(missed, person_views, 0.1, MarkovInflation(0.1, 5.0));
   ExpectShare(split, person_views, 0.9 * 0.05);
   ExpectShare(twice, person_views, 0.9 * 0.95 * 0.04);
-  // Poisson with a mean life of 6 frames: variance inflated by up to 2 * 6.
+  // The number of false people is Poisson-distributed. Each lasts 6 frames on
+  // average, which inflates the variance by up to 2 * 6.
   EXPECT_NEAR(nobody / images, 0.5, 5.0 * std::sqrt(0.5 * 12.0 / images));
 }
 

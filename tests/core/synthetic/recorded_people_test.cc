@@ -19,7 +19,7 @@ using People = std::vector<std::shared_ptr<const Actor>>;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// Simulated walkers of rigid bones, at 30 Hz.
+// Simulated walkers with rigid bones, at 30 Hz.
 Scene Walkers(int people) {
   SceneOptions options;
   options.seed = 4;
@@ -57,15 +57,15 @@ People Make(const RecordedPeopleOptions& options,
   return MakeRecordedPeople(options, clips, Coco17(), room);
 }
 
-// Options for one clip whose path stays at the centre.
+// Options that place one clip at the origin, not rotated.
 RecordedPeopleOptions InPlace() {
   RecordedPeopleOptions options;
   options.x_m = options.y_m = options.turn_deg = {0.0};
   return options;
 }
 
-// Between the frames bones keep their length. The error of a cubic spline is at
-// most 5/384 h^4 times the fourth derivative (Hall and Meyer 1976). A wrist
+// Bones keep their length between frames, too. The error of a cubic spline is
+// at most 5/384 h^4 times the fourth derivative (Hall and Meyer 1976). A wrist
 // half a metre from the shoulder that swings at 2 Hz with 1 rad has 0.5 (4
 // pi)^4 = 12500 m/s^4: 0.2 mm at h = 1/30 s; a bone has two ends.
 TEST(RecordedPeople, PassThroughTheRecordedJoints) {
@@ -143,7 +143,7 @@ TEST(RecordedPeople, DrawnPlacesLieInTheRoomAndKeepDistance) {
                   again[i]->PoseAt(t)[4].position_m);
         for (const Joint3d& joint : people[i]->PoseAt(t)) {
           EXPECT_LE(joint.position_m.head<2>().norm(), 5.0 + 0.01)
-              << "between frames the spline may bulge";
+              << "between frames the spline may overshoot";
         }
         for (size_t k = 0; k < i; ++k) {
           EXPECT_GE(

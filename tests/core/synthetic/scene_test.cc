@@ -124,7 +124,7 @@ TEST(Scene, StandingFeetStayOnTheGround) {
       return pose[scene.skeleton.IndexOf(name)].position_m.z();
     };
     const double left = height_of("l_ankle"), right = height_of("r_ankle");
-    EXPECT_GT(std::min(left, right), 0.04) << "some 6 cm above the sole";
+    EXPECT_GT(std::min(left, right), 0.04) << "about 6 cm above the sole";
     // At least one foot is on the ground; at push-off its ankle is higher by up
     // to 0.68 of the foot's length (0.26 m) times sin 0.66 rad.
     EXPECT_LT(std::min(left, right), 0.22);

@@ -37,7 +37,8 @@ TEST(DuplicateSuppression, DistanceLimitIsATwentiethOfTheBox) {
   EXPECT_TRUE(IsOnePerson(person, person));
   EXPECT_TRUE(IsOnePerson(person, Person(109.9, 200.0, 0.8)));
   EXPECT_FALSE(IsOnePerson(person, Person(110.1, 200.0, 0.8)));
-  // The limit scales with the person: at a distance 5 px mean two people.
+  // The limit scales with the person: for a distant, small person, 5 px mean
+  // two people.
   EXPECT_FALSE(IsOnePerson(Person(100.0, 60.0, 0.8), Person(105.0, 60.0, 0.8)));
 }
 
@@ -90,7 +91,7 @@ Counts CountsOf(const CameraRig& cameras, const DetectionSequence& recording) {
   return counts;
 }
 
-// There are no duplicates here, so none may be dropped.
+// These recordings contain no duplicates, so nobody may be dropped.
 TEST(DuplicateSuppression, DropsNobodyOnShelfAndPose2Sim) {
   for (const auto& [name, least_people] :
        {std::pair{"shelf/detections/openpose", 4000u},
@@ -98,7 +99,7 @@ TEST(DuplicateSuppression, DropsNobodyOnShelfAndPose2Sim) {
         {"pose2sim/multi/pose", 300u}}) {
     KINEGRAPH_DATA_OR_SKIP(data, name);
     const DetectionSequence recording = ReadDetections(data);
-    // The rule uses pixels only; any camera without a lens suffices.
+    // The rule uses pixels only; any camera without lens distortion suffices.
     const CameraRig cameras(recording.header.view_names.size(),
                             testing::RingOfCameras(1).front());
     const Counts counts = CountsOf(cameras, recording);
@@ -107,10 +108,10 @@ TEST(DuplicateSuppression, DropsNobodyOnShelfAndPose2Sim) {
   }
 }
 
-// Eight people crowd a small area before five cameras, with a noisy detector
-// that makes no duplicates: everything dropped was another person. This happens
-// in single frames when people pass in front of each other; more than one in a
-// thousand would lose tracks.
+// Eight people crowd a small area in view of five cameras, with a noisy
+// detector that makes no duplicates: everything dropped was another person.
+// This happens in single frames when people pass in front of each other; more
+// than one in a thousand would lose tracks.
 TEST(DuplicateSuppression, RarelyDropsAnotherPerson) {
   SceneOptions scene_options;
   scene_options.seed = 951;

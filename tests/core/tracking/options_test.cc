@@ -32,7 +32,7 @@ TEST(Gates, WorkingDistanceIsWhereTheAxesMeet) {
   EXPECT_EQ(WorkingDistance(cameras), 4.0);
 }
 
-TEST(Gates, PixelGatesAreThePapersByDefault) {
+TEST(Gates, PixelGatesEqualThePaperByDefault) {
   const TrackerOptions options;
   const TrackerOptions same =
       WithScaledGates(options, Circle(3.0, 2000.0), 120.0);

@@ -33,7 +33,7 @@ struct FrozenRecording {
   }
 };
 
-// `look_every`: the detector runs on one frame in so many.
+// The detector runs on every `look_every`-th frame.
 FrozenRecording Freeze(const EstimatorOptions& estimators,
                        const TrackerOptions& tracking = {},
                        int look_every = 1) {

@@ -213,8 +213,8 @@ TEST_F(ExtendEndsTest, StopsWhereViewsDoNotAgree) {
   for (const int f : {2, 15, 16, 17, 18, 19}) views_[f] = 0;
   for (const int f : {5, 6}) views_[f] = 1;
   EXPECT_EQ(Run(From(8, 12)), From(0, 15));
-  // After a gap longer than the life of a lost track (10 frames), the person
-  // may be another.
+  // After a gap longer than the life of a lost track (10 frames), the
+  // detections may be of another person.
   for (int f = 0; f < kFrames; ++f) views_[f] = f < 3 || f > 13 ? 4 : 0;
   views_[14] = 4;
   EXPECT_EQ(Run(From(14, 17)), From(14, kFrames));
@@ -283,7 +283,8 @@ TEST(EndFollowerTest, LearnsFromAgreeingViews) {
                    TimeOf(f));
   }
   EXPECT_EQ(follower.agreed(), TimeOf(20));
-  // The velocity is 1 m/s up to 0.7^20, and fades over one frame.
+  // The velocity is 1 m/s with a relative error of 0.7^20, and decays during
+  // the frame.
   const double step_m = follower.At(TimeOf(21))[0].position_m.x() -
                         testing::StandingPerson(0.8, 0.0)[0].position_m.x();
   EXPECT_NEAR(step_m, 0.5 * (1.0 - std::exp(-0.08)), 1e-4);

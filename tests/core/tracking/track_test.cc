@@ -33,7 +33,7 @@ TEST(TrackLifeTest, ATentativeTrackWithoutAMatchIsDeletedAtOnce) {
   EXPECT_EQ(life.state(), TrackState::kDeleted);
 }
 
-// Also on a clock that is early or late.
+// The times of frames may deviate by a third of a frame.
 TEST(TrackLifeTest, DeletedExactlyTenFramesAfterTheLastUpdate) {
   for (const TimeNs jitter : {-kFrame / 3, TimeNs{0}, kFrame / 3}) {
     TrackLife life = Born();
@@ -99,7 +99,7 @@ TEST(LifeInFramesTest, SecondsScaleWithTheRateAndPaperModeCountsFrames) {
   };
   for (const Case& one :
        {Case{LifeInFrames({}, 120.0), 3, 10.0, 0.0},  // paper mode
-        {InSeconds(25.0), 3, 10.0, 10.0},             // the paper's
+        {InSeconds(25.0), 3, 10.0, 10.0},             // as in the paper
         {InSeconds(120.0), 11, 48.0, 48.0},           // 0.08 s are 9.6 frames
         // Below 12.5 Hz ages and gaps grow, up to five times.
         {InSeconds(10.0), 2, 5.0, 5.0},
@@ -113,8 +113,9 @@ TEST(LifeInFramesTest, SecondsScaleWithTheRateAndPaperModeCountsFrames) {
   }
 }
 
-// Steps a gate through a life: 'u' updated, 'm' matched without update, '.'
-// nothing. Returns what is written: 'w', '-', or '?' while undecided.
+// Steps a WriteGate through the life of a track: 'u' is an update, 'm' a match
+// without update, '.' neither. Returns what is written: 'w', '-', or '?' while
+// undecided.
 std::string Write(const TrackLifeOptions& options, const std::string& story) {
   TrackLife life(options, kClock, 0);
   WriteGate gate(options, kClock);
@@ -159,7 +160,7 @@ TEST(WriteGateTest, GapsAreBridgedUpToTheLimit) {
   EXPECT_EQ(Write(options, "uuu.........."), "--ww----------");
 }
 
-// Views with a detection, frame by frame.
+// The view and the frame of a detection.
 struct Look {
   int view;
   int64_t frame;
@@ -216,7 +217,7 @@ TEST_F(LookRhythmTest, EmptyFrameIsAMissIfTheDetectorRunsOnEveryFrame) {
   EXPECT_EQ(rhythm_.usual_frames(), 1.0);
 }
 
-TEST_F(LookRhythmTest, FramesBetweenEveryThirdAreNoMisses) {
+TEST_F(LookRhythmTest, FramesWithoutDetectorAreNoMisses) {
   for (int k = 0; k < 20; ++k) {
     EXPECT_TRUE(See(true));
     EXPECT_FALSE(See(false));

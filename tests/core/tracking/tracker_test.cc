@@ -72,7 +72,7 @@ TEST_F(TrackerTest, ATrackSurvivesNineMissedFramesNotTen) {
   }
 }
 
-TEST_F(TrackerTest, DroppedFramesLongerThanALifeEndEveryTrack) {
+TEST_F(TrackerTest, GapsLongerThanTheMaximumAgeEndEveryTrack) {
   // After missing frames, a track of age 10 may still be matched; an older
   // track may not, because its gate has grown beyond the image.
   for (const int age : {10, 11, 200}) {
@@ -281,9 +281,9 @@ TEST_F(TrackerTest, TwoOfFiveViewsAmongStraysStartNobody) {
   EXPECT_EQ(count(AssociationRules::kPaper, 2, 5), 1u);
 }
 
-// Two views show six joints of a person, who starts a track after a second;
-// with ten joints one frame is always sufficient. In paper mode six joints
-// never are.
+// Two views have six joints of a person in common, which start a track after a
+// second; with ten joints one frame is always sufficient. In paper mode six
+// joints never suffice.
 TEST_F(TrackerTest, PeopleWithFewJointsStartAfterASecond) {
   const auto people_after = [&](AssociationRules rules, int frames,
                                 size_t joints) {
@@ -428,7 +428,7 @@ TEST_F(TrackerTest, TrackIsNotMatchedWithALostPerson) {
       }
     }
     EXPECT_EQ(tracker->people_so_far(), 2);
-    // In paper mode it is matched: the scene does test this.
+    // In paper mode it is matched, so the scene does provoke the wrong match.
     EXPECT_EQ(taken > 0, rules == AssociationRules::kPaper);
   }
 }

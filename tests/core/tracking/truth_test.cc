@@ -64,7 +64,7 @@ std::vector<TrackFrame> TrackAll(const Scene& scene,
 }
 
 // Errors [m] of all joints that every camera supports, of true and found poses
-// paired one-to-one at the frame's own time; no person may be found twice.
+// paired one-to-one at the time of the frame; no person may be found twice.
 std::vector<double> ErrorsOf(const Scene& scene,
                              const DetectionSequence& detections,
                              const std::vector<TrackFrame>& tracks) {
@@ -115,7 +115,8 @@ TEST(TruthTest, CorrectsKnownClockOffsets) {
   PlainOptions options;
   options.estimators.mode = Mode::kGraph;
   options.estimators.output = OutputKind::kWindow;
-  // These detections are exact: hardly any smoothing, and no noise to learn.
+  // The detections are exact, so there is hardly any smoothing, and no noise is
+  // learnt.
   options.estimators.graph.pixel_noise_from = NoiseFrom::kFixed;
   options.estimators.graph.process_noise_from = NoiseFrom::kFixed;
   options.estimators.graph.estimate_noise_scale = false;

@@ -68,7 +68,8 @@ TEST_F(BatchEstimatorTest, KeepsFramesMatchesWeightsAndScore) {
   EXPECT_FALSE(pose.person.matches[3].weights[0].has_value());
   EXPECT_EQ(pose.person.inlier_views[0], 3);
   EXPECT_EQ(pose.person.joints[0].status, JointStatus::kObserved);
-  // 14 joints were found, three of them with confidence 0.5.
+  // The five views have 14 keypoints of the three joints, three of them with
+  // confidence 0.5.
   EXPECT_NEAR(pose.person.score, (11.0 + 1.5) / 14.0, 1e-12);
 }
 

@@ -14,7 +14,8 @@
 namespace kinegraph {
 namespace {
 
-// Half a minute of an arm, with gaps.
+// A recording of a moving arm, half a minute long, with missing joints and a
+// gap.
 class ChunksTest : public ::testing::Test {
  protected:
   void SetUp() override {

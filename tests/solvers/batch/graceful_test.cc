@@ -217,7 +217,7 @@ TEST_P(Graceful, NonFiniteAndHugeNumbers) {
   Run();
 }
 
-TEST_P(Graceful, InitialPosesFarOff) {
+TEST_P(Graceful, InitialPosesWithLargeErrors) {
   Make(60);
   Random random(42);
   for (EstimatorFrame& frame : recording_.frames) {
@@ -268,7 +268,7 @@ TEST_P(GracefulOptions, TooFewIterationsToConverge) {
   options.estimate_noise_scale = false;
   SimulatedRecording recording = testing::Simulate(
       scene, options, testing::WalkingMotion(scene, 30), SimulatedNoise(), 43);
-  // Starts a metre off: one step cannot converge.
+  // The initial poses are wrong by a metre, so one step cannot converge.
   for (EstimatorFrame& frame : recording.frames) {
     for (Joint3d& joint : frame.initial) joint.position_m.x() += 1.0;
   }
@@ -289,8 +289,8 @@ TEST_P(GracefulOptions, TooFewIterationsToConverge) {
 
 INSTANTIATE_TEST_SUITE_P(SolversAndBones, GracefulOptions, kAllKinds);
 
-// Lengths that are impossible in any pose: the bone solver cannot converge
-// everywhere.
+// With a bone length that contradicts the observations, the bone solver cannot
+// converge everywhere.
 TEST(BoneSolverTest, ReportsNonConvergence) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);

@@ -128,8 +128,8 @@ double FarthestJoint(const Estimate& a, const Estimate& b,
 }
 
 // The solver stops where no joint moves by more than 1 nm. Its last steps
-// converge at least linearly by a factor of about two, so the minimum is some
-// nm away; a thousand times that is allowed.
+// converge at least linearly by a factor of about two, so the minimum is a few
+// nanometres away. The tolerance is 1 um.
 constexpr double kSameMinimumMetres = 1e-6;
 
 class PropertiesTest : public ::testing::TestWithParam<uint64_t> {
@@ -164,18 +164,18 @@ TEST_P(PropertiesTest, MovingTheWorldMovesTheResult) {
   EXPECT_LT(FarthestJoint(EstimateAll(world_, fixed), EstimateAll(moved, fixed),
                           move),
             kSameMinimumMetres);
-  // Noise is learnt from triangulated starts, and DLT (algebraic, as in the
-  // paper) depends on the world's origin: sigmas differ in the third digit, and
-  // a sigma with an error of 1 % moves a joint by 1 % of its deviation of 10 to
-  // 20 mm from the prediction.
+  // Noise is learnt from triangulated initial poses, and DLT (algebraic, as in
+  // the paper) depends on the world's origin: sigmas differ in the third digit,
+  // and a sigma with an error of 1 % moves a joint by 1 % of its deviation of
+  // 10 to 20 mm from the prediction.
   constexpr double kNoiseLearntElsewhereMetres = 2e-4;
   EXPECT_LT(FarthestJoint(estimate_, EstimateAll(moved), move),
             kNoiseLearntElsewhereMetres);
 }
 
 // Another unit of length: a world twice as large with all lengths among the
-// constants doubled. The detector's error, defined at 4 m, is then defined at
-// 8.
+// constants doubled. The detector's error, defined at 4 m, is then defined at 8
+// m.
 TEST_P(PropertiesTest, AnotherUnitScalesTheResult) {
   static constexpr double kUnit = 2.0;
   World scaled = world_;
@@ -309,8 +309,9 @@ TEST_P(PropertiesTest, ReversedTimeGivesTheReversedMotion) {
   EXPECT_LT(FarthestJoint(estimate_, EstimateBackwards(world_, GraphMode())),
             kMotionLearntBackwardsMetres);
   // A track begins with a prior of 1 m and 3 m/s. With sigmas a thousand times
-  // larger it has a millionth of the information, compared with 10 mm and 0.1
-  // m/s of the views: less than a nanometre.
+  // larger it has a millionth of the information. Compared with the views,
+  // which determine a position to 10 mm and a velocity to 0.1 m/s, it moves a
+  // joint by less than a nanometre.
   EstimatorOptions even = GraphMode();
   even.graph.process_noise_from = NoiseFrom::kFixed;
   even.graph.birth_position_sigma_m *= 1e3;

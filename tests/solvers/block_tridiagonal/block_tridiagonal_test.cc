@@ -41,8 +41,8 @@ void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
   ExpectSameStates(ours, from_ours, 1e-8);
 }
 
-// Expects `found`, by frame, to be the blocks of joint `joint` in the dense
-// covariances of `joints` joints.
+// Expects found[k] to be the block of joint `joint` in frame k of the dense
+// covariance of `joints` joints.
 void ExpectBlocksOf(const Eigen::MatrixXd& dense, size_t joint, size_t joints,
                     const std::vector<Matrix6d>& found, double share) {
   ASSERT_EQ(found.size() * joints * 6, static_cast<size_t>(dense.rows()));
@@ -219,7 +219,7 @@ TEST_F(ChainSolverTest, ResultIsBitwiseIndependentOfGroupAndInstructionSet) {
   noise.missing = 0.2;
   noise.confidence_low = 0.3;
   Make(5, 30, noise);
-  // Twice the arm: more joints than a group has lanes.
+  // Three copies of the arm: more joints than a group has lanes.
   std::vector<JointChain> joints = problem_.joints;
   joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
   joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
@@ -289,7 +289,7 @@ TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
     const SolveSchedule schedule = Exact(loss);
     PersonProblem own = problem_;
     EXPECT_TRUE(BoneSolver().Solve(schedule, &own).finite);
-    // The tolerance of the chains above, times three.
+    // Three times the tolerance of the chain solver above.
     ExpectMinimumOfCeres(schedule, problem_, own, 3e-7);
   }
 }
@@ -332,8 +332,8 @@ TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
   ExpectSameStates(by_ceres, rest, 1e-8);
 }
 
-// A joint without observations for long retains little information compared
-// with the subtracted information of the motion between two frames.
+// A joint that has not been observed for a long time retains little information
+// compared with the subtracted information of the motion between two frames.
 TEST_F(BoneTest, MarginalisingKeepsAJointWithoutObservations) {
   constexpr size_t kFrames = 200;
   constexpr size_t kSeen = 5;
@@ -373,7 +373,7 @@ TEST_F(BoneTest, MarginalisingKeepsAJointWithoutObservations) {
 TEST_F(BoneTest, MarginalisingKeepsReportedCovariances) {
   Make(3, 10, SimulatedNoise());
   BoneSolver().Solve(Exact(LossKind::kGemanMcClure), &problem_);
-  testing::ExpectDroppingKeepsCovariances(1.3, problem_);
+  testing::ExpectMarginalisationKeepsCovariances(1.3, problem_);
 }
 
 // Bones stabilise both estimators: lengths vary less, and errors shrink.

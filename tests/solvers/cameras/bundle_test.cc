@@ -65,7 +65,7 @@ TEST(Bundle, RecoversRotations) {
     // Required: a tenth of the introduced error, 0.05 degrees.
     EXPECT_LT(AngleBetween(refined[v], truth[v]), 0.05) << v;
     // Consistent with the covariance: an error beyond five sigmas has a
-    // probability of 2e-4 even in three directions.
+    // probability of 2e-5 if all three directions are equally certain.
     const double sigma =
         std::sqrt(result.covariance.block<3, 3>(3 * v, 3 * v).trace() / 3.0);
     EXPECT_LT(AngleBetween(refined[v], truth[v]) * M_PI / 180.0, 5.0 * sigma);
@@ -119,7 +119,7 @@ TEST(Bundle, RecoversBothRadialTerms) {
 // priors determine how the error is divided between them. Checks errors of the
 // shift relative to the reported sigmas, with calibrations drawn from the
 // priors.
-TEST(Bundle, StatedSigmasHoldIfPriorsDominate) {
+TEST(Bundle, ReportedSigmasMatchErrorsIfPriorsDominate) {
   constexpr int kSeeds = 40;
   BundleOptions options = Quick();
   options.segments.max_segments = 150;
@@ -278,7 +278,7 @@ TEST(Bundle, FocalPriorIsRelativeToTheGivenFocalLength) {
   free.focal = true;
   BundleOptions options = Quick();
   options.focal_sigma = 1e-4;  // comparable to the recording's information
-  // The stated focal lengths are 1 % longer.
+  // The prior's focal lengths are 1 % greater than those of the cameras.
   options.focal_prior.assign(scene.cameras.size(), 0.01);
   const BundleResult first = Adjusted(scene, segments, free, options);
   const CameraRig refined = RefinedCameras(scene.cameras, first.changes);

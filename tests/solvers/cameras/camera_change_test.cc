@@ -36,7 +36,7 @@ TEST(CameraChange, ProjectsLikeTheChangedCamera) {
          {CameraChange::Zero().eval(), SomeChange()}) {
       const auto px = ProjectChanged(camera, change, point);
       ASSERT_TRUE(px.has_value());
-      // One more subtraction causes rounding differences of some 1e-13 px.
+      // One more subtraction causes rounding differences of about 1e-13 px.
       const Camera changed =
           change.isZero() ? camera : ChangedCamera(camera, change);
       EXPECT_LT((*px - *changed.Project(point)).norm(), 1e-9);

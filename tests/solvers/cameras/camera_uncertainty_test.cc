@@ -24,8 +24,8 @@ struct Setting {
   TrackFrame frame;
 };
 
-// One person with one joint of the detections, seen by all five views, at the
-// true first joint of the scene.
+// One person with a single joint, at the true position of the scene's first
+// joint, who is detected in all five views.
 Setting MakeSetting() {
   Setting setting{MakeFaultyScene({5, 5, 1, 0.2}), {}, {}, {}};
   const TrackSequence truth = TruthOf(setting.scene.scene);
@@ -82,7 +82,7 @@ CameraUncertainty Uncertain(const Setting& setting,
 
 // The result must equal the joint's block of the inverse of the whole
 // information.
-TEST(CameraUncertainty, MatchesTheMarginalOfTheJointInformation) {
+TEST(CameraUncertainty, MatchesTheMarginalCovariance) {
   Setting setting = MakeSetting();
   const Eigen::MatrixXd information = InformationOf(setting, 0.002);
   const Eigen::MatrixXd whole = information.inverse();
@@ -94,13 +94,12 @@ TEST(CameraUncertainty, MatchesTheMarginalOfTheJointInformation) {
   const Eigen::Matrix3d expected = whole.topLeftCorner<3, 3>();
   // The contribution of the cameras matters: 2 mrad at 6 m are 12 mm.
   ASSERT_GT(expected.trace(), 1.5 * given_cameras.trace());
-  // The tolerance covers the thousandth of the information that is added for
-  // parallel rays.
+  // The tolerance covers the thousandth of the mean information that is added
+  // for the case of parallel rays.
   EXPECT_LT((*setting.frame.people[0].covariances[0] - expected).norm(),
             0.005 * expected.norm());
 }
 
-// A view that the estimator rejected does not contribute.
 TEST(CameraUncertainty, RejectedViewsDoNotContribute) {
   Setting setting = MakeSetting();
   setting.frame.people[0].matches[4].weights[0] = 0.0;

@@ -71,7 +71,7 @@ FitError FitOfRest(const CameraRig& cameras,
 
 // ---- Errors ----
 
-// Bins have half a second; empty bins between them have no column.
+// Bins are half a second long; empty bins have no column.
 TEST(FilledBinsTest, AreTheBinsWithSegments) {
   const CameraRig cameras = LeftAndRight();
   std::vector<MotionSegment> segments;
@@ -107,9 +107,9 @@ TEST(MeasureFit, IsHalfOfTheDifferenceOfTwoViews) {
 TEST(MeasureFit, CancellingErrorsAreNotPersistent) {
   const CameraRig cameras = LeftAndRight();
   MotionSegment segment = RestingJoint(cameras, 0.0);
-  // The errors are symmetric about the middle and have zero mean, so no
-  // position, velocity or acceleration fits them in the four frames of the
-  // second view.
+  // The errors are symmetric about the middle and have zero mean, so neither a
+  // position nor a velocity fits them in the four frames of the second view;
+  // the prior excludes accelerations.
   segment.measurements.erase(segment.measurements.begin() + 7);
   const std::vector<double> off_px = {3.0, -3.0, -3.0, 3.0};
   for (int k = 0; k < 4; ++k) segment.measurements[5 + k].px.x() += off_px[k];
@@ -260,11 +260,11 @@ TEST(FitGainTest, IsEnoughDependsOnShareAndSignificance) {
   EXPECT_FALSE(gain.is_enough());
 }
 
-// ---- The other half ----
+// ---- Cross-validation ----
 
-// A camera rotated by half a degree (8 px, at least a third of which remains in
-// its view) is corrected on one half of the data, with a gain on the other.
-// Correct cameras have no significant gain.
+// The rotation of a camera by half a degree (7 px, at least a third of which
+// remains in its view) is estimated from one half of the data and reduces the
+// error of the other half. Correct cameras have no significant gain.
 TEST(CrossFitTest, GainsOnlyIfACameraIsWrong) {
   for (const bool turned : {false, true}) {
     testing::FaultyScene scene = testing::MakeFaultyScene({9, 4, 3, 8.0});

@@ -38,7 +38,8 @@ TEST(LateClocks, ExceedAFractionOfAFrameAndAreWithinASegment) {
                 // but within four sigmas.
                 {0.0039, 0.01, false},
                 {0.0041, 0.01, true},
-                // More than half of a segment's length is noise.
+                // Offsets of more than half of a segment's length are
+                // attributed to noise.
                 {0.101, kFrameS, false}};
   for (const auto& one : kCases) {
     EXPECT_EQ(AnyIsLate(FitOf({0.0, 0.0, one.offset_s, 0.0}), one.frame_s,

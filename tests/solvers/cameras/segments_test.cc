@@ -55,7 +55,7 @@ MotionSegment SegmentOf(const CameraRig& cameras, const SegmentState& state) {
   return segment;
 }
 
-// Without effective priors on velocity and acceleration.
+// Options with negligible priors on velocity and acceleration.
 SegmentOptions WithoutPriors() {
   SegmentOptions options;
   options.velocity_sigma_mps = 1e6;
@@ -75,7 +75,8 @@ TEST(SegmentPrior, ConstrainsVelocityAndAcceleration) {
   }
 }
 
-// The camera's clock is late by its offset and its drift over the recording.
+// The camera's clock is late by its offset plus its drift times the time since
+// the middle of the recording.
 TEST(SegmentResidual, UsesTheParabolaAtTheCorrectedTime) {
   const CameraRig cameras = testing::RingOfCameras(1);
   MotionSegment segment;
@@ -97,7 +98,8 @@ TEST(SegmentResidual, UsesTheParabolaAtTheCorrectedTime) {
   const auto residual =
       SegmentResidual(cameras[0], change, segment, state, measurement, 1.5);
   ASSERT_TRUE(residual.has_value());
-  // Pixels of a thousand are rounded to 1e-13, in a few operations.
+  // Pixel coordinates near 1000 are rounded to 1e-13 in each of a few
+  // operations.
   EXPECT_LT((*residual - expected).norm(), 1e-12);
 }
 
@@ -115,10 +117,9 @@ TEST(SegmentResidual, IsUndefinedBehindTheCamera) {
   EXPECT_THAT(TermsOf(cameras, NoChanges(1), segment, behind, 1.0), IsEmpty());
 }
 
-// Compared with central differences with a step of 1e-5. Residuals of a hundred
-// have rounding errors of 1e-14, which the step amplifies to 1e-9; third
-// derivatives of some thousand give errors of 1e-8. The tolerance is a hundred
-// times the latter.
+// Central differences use a step of 1e-5. Residuals of a hundred have rounding
+// errors of 1e-14, which the step amplifies to 1e-9; third derivatives of about
+// a thousand give errors of 1e-8. The tolerance is a hundred times the latter.
 TEST(SegmentResidual, JacobiansMatchNumericDerivatives) {
   const CameraRig cameras =
       testing::RingOfCameras(1, 5.0, {-0.1, 0.02, 0.001, -0.0005, 0.0});
@@ -270,7 +271,7 @@ std::vector<double> UsualConfidences(const std::vector<double>& confidences) {
   return result;
 }
 
-TEST(UsualConfidences, ScaleTheMedianOfFoundJointsToSixTenths) {
+TEST(UsualConfidences, LowMediansAreScaledToSixTenths) {
   using ::testing::DoubleEq;
   EXPECT_THAT(UsualConfidences({0.1, 0.3, 0.4, -1.0, -1.0, -1.0}),
               ElementsAre(DoubleEq(0.2), DoubleEq(0.6), DoubleEq(0.8)));
@@ -374,7 +375,8 @@ TEST(MakeSegments, GapsEndASegment) {
   FrozenMatches matches = MatchedEverywhere(seen);
   auto& frames = matches.people[0].frames;
   frames.resize(6);
-  // Frames 0, 1, 2 and 4, 5 of a fifth of a second.
+  // Of the first six frames, which span a fifth of a second, frame 3 is
+  // missing.
   frames.erase(frames.begin() + 3);
   const SceneSegments made =
       MakeSegments(cameras, seen, matches, SegmentOptions());
@@ -409,7 +411,7 @@ TEST(MakeSegments, NoSegmentsWithoutMatchesOrFrames) {
   EXPECT_THAT(none.segments, IsEmpty());
   EXPECT_EQ(none.noise_scale, 1.0);
   EXPECT_THAT(none.matched, ElementsAre(0, 0, 0));
-  // Frames that the recording does not have.
+  // Matches in frames that the recording does not contain.
   FrozenMatches elsewhere = MatchedEverywhere(seen);
   for (FrozenFrame& frame : elsewhere.people[0].frames) frame.frame += 1000;
   EXPECT_THAT(MakeSegments(cameras, seen, elsewhere, SegmentOptions()).segments,
@@ -422,9 +424,9 @@ TEST(MakeSegments, NoSegmentsWithoutMatchesOrFrames) {
   EXPECT_EQ(empty.view_count, 3);
 }
 
-// A view is counted in frames in which two others match a person. One of two
-// people is matched: in the first frame by all views, in the second by the last
-// two of three, in the third by the first view only.
+// A view is counted in the frames in which two other views match a person. One
+// of two people is matched: in the first frame by all views, in the second by
+// the last two of three, in the third by the first view only.
 TEST(MakeSegments, CountsMatchesIfTwoOtherViewsMatch) {
   const CameraRig cameras = testing::RingOfCameras(3);
   DetectionSequence seen = testing::SeenBy(cameras, 3, [](int) {
@@ -615,8 +617,9 @@ TEST(PlacesApartTest, IsTheInterquartileRange) {
   far.measurements.pop_back();
   scene.segments.push_back(far);
   EXPECT_NEAR(PlacesApart(scene), 0.4, 1e-12);
-  // If there are only two views, they count. The tenth position changes the
-  // mean, and the quartiles have the indices 2.25 and 6.75 among the ten.
+  // If the recording has only two views, the segment counts. This tenth
+  // position changes the mean, and the quartiles have the indices 2.25 and 6.75
+  // among the ten.
   scene.view_count = 2;
   EXPECT_NEAR(PlacesApart(scene), 0.45, 1e-9);
 }

@@ -1,4 +1,4 @@
-// The solver of a default run, identified by its counts.
+// Checks by the counts of solves which solver a default run uses.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -103,7 +103,8 @@ int ThreadsOfThisProcess() {
 }
 
 // A long problem with bones, which Ceres has to factorise. Threads that a
-// library starts internally remain for its next call.
+// library starts internally persist after the call, so it suffices to count
+// them afterwards.
 class CeresThreadsTest : public testing::SolverProblemTest {};
 
 TEST_F(CeresThreadsTest, CeresStartsNoThread) {
@@ -118,8 +119,8 @@ TEST_F(CeresThreadsTest, CeresStartsNoThread) {
   EXPECT_EQ(ThreadsOfThisProcess(), before);
 }
 
-// A solver's result is bitwise independent of its earlier solves: chunks of a
-// batch use any idle solver.
+// A solver's result must be bitwise independent of its earlier solves, because
+// each chunk of a batch uses any idle solver.
 class CeresSolverTest : public testing::SolverProblemTest {};
 
 TEST_F(CeresSolverTest, ResultDoesNotDependOnEarlierSolves) {
@@ -161,9 +162,9 @@ TEST_F(CeresSolverTest, AStartBehindACameraIsGated) {
   EXPECT_EQ(chain.measurements[chain.first[9]].weight, 0.0);
 }
 
-// A joint approaching the camera in its only view must not pass through it,
-// where its information would be unbounded: limbs do not stay a metre or two
-// from the body.
+// A joint that approaches the camera of its only view must not reach it, where
+// its information would be unbounded. The prior of the body's centre prevents
+// this.
 TEST_F(CeresSolverTest, JointInOneViewStaysNearThePerson) {
   Make({1, 200, 71, false, 0}, SimulatedNoise());
   // The pixels move outwards, as if the joints approached the camera.
@@ -182,9 +183,10 @@ TEST_F(CeresSolverTest, JointInOneViewStaysNearThePerson) {
   EXPECT_TRUE(report.converged);
   for (const JointChain& chain : problem_.joints) {
     for (size_t k = 0; k < chain.states.size(); ++k) {
-      // Three standard deviations, each (2 q R^3)^(1/8), of the position of a
-      // joint whose velocity is a random walk of power q = 10 m^2/s^3, observed
-      // with noise density R = 2 m^2 s; and a fifth more.
+      // The limit of 6.8 m is 2.3 standard deviations, each (4 q R^3)^(1/8), of
+      // the position of a joint whose velocity is a random walk of power q = 6
+      // m^2/s^3 (wrist), observed with noise density R = 6 m^2 s: the prior of
+      // the body's centre has a sigma of 1 m and a correlation time of 3 s.
       EXPECT_LT(
           (chain.states[k].head<3>() - problem_.centres[k].position_m).norm(),
           3.0 * std::pow(16.0 * 10.0, 0.125) * 1.2);

@@ -1,5 +1,5 @@
-// Ceres and the block-tridiagonal solver on real data (Shelf) and on Campus
-// with modelled noise.
+// Compares Ceres with the block-tridiagonal solver on real data (Shelf) and on
+// Campus with modelled noise.
 #include <gtest/gtest.h>
 
 #include <map>

@@ -112,17 +112,17 @@ TEST_F(UserFactorTest, WindowAndBatchUseTheFactor) {
 }
 
 // Without loss and bones, the window's newest state after all frames equals the
-// batch's: marginalisation kept the factor.
+// batch's, because marginalisation keeps the factor.
 TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
   options_.loss = LossKind::kNone;
   Make(40);
-  // The contact is ten frames older than the window's oldest frame at the end.
+  // At the end of the recording, the window no longer contains the contact.
   const auto source = Resting(joint_, 18, 20, 1.05);
   const auto batch = Run(true, source);
   const auto window = Run(false, source);
   const auto plain = Run(true, nullptr);
-  // Linearisation points differ by millimetres over 5 m of depth: parts in
-  // 1e3 of corrections of millimetres.
+  // Linearisation points differ by millimetres at a depth of 5 m, so
+  // corrections of millimetres differ by about one part in 1000.
   EXPECT_LT(
       Apart(batch.back().person.joints[2], window.back().person.joints[2]),
       2e-5);
@@ -138,7 +138,7 @@ TEST_F(UserFactorTest, EveryChunkOfTheBatchUsesTheFactor) {
   options_.chunk_s = 0.0;
   const PersonPose whole = Run(true, source)[105].person;
   const PersonPose plain = Run(true, nullptr)[105].person;
-  options_.chunk_s = 2.0;  // three chunks
+  options_.chunk_s = 2.0;  // two chunks
   const PersonPose chunk = Run(true, source)[105].person;
   // Observations a second away have almost no influence (chunks_test.cc).
   EXPECT_LT(Apart(chunk.joints[2], whole.joints[2]), 1e-4);
@@ -181,13 +181,13 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
   schedule.step_tolerance_m = 1e-10;
   schedule.stages = {{LossKind::kNone, 1.0, 200}};
   ASSERT_TRUE(SolveWithCeres(schedule, &problem).finite);
-  testing::ExpectDroppingKeepsCovariances(1.0, problem);
+  testing::ExpectMarginalisationKeepsCovariances(1.0, problem);
   for (size_t dropped = 1; dropped <= 3; ++dropped) {
     DropFirstFrame(1.0, &problem);
     ASSERT_EQ(problem.user.size(), kFrames - 1 - dropped);
     PersonProblem again = problem;
     SolveWithCeres(schedule, &again);
-    // Rounding in a prior of condition 1e7.
+    // The tolerance covers rounding in a prior with a condition number of 1e7.
     testing::ExpectSameStates(again, problem, 1e-7);
   }
 }

@@ -1,4 +1,4 @@
-// The factors, each against a hand-worked value, the truth, central
+// Compares each factor with a hand-computed value, the truth, central
 // differences and an automatically differentiated twin.
 #include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
@@ -161,9 +161,9 @@ struct ConstantVelocityTwin {
 };
 
 TEST(ConstantVelocityFactor, HandWorkedValue) {
-  // dt = 2, q = 3: Q = [8 6; 6 6], L = [sqrt 8, 0; 6 / sqrt 8, sqrt 1.5].
-  // From rest to p = 4, v = 3 along x: r = 4 / sqrt 8 = sqrt 2, then
-  // (3 - 6 / sqrt 8 * sqrt 2) / sqrt 1.5 = 0: the mean velocity for that p.
+  // dt = 2, q = 3: Q = [8 6; 6 6], L = [sqrt 8, 0; 6 / sqrt 8, sqrt 1.5]. From
+  // rest to p = 4, v = 3 along x: r = 4 / sqrt 8 = sqrt 2, then (3 - 6 / sqrt 8
+  // * sqrt 2) / sqrt 1.5 = 0, because 3 is the expected velocity given p = 4.
   const ConstantVelocityFactor factor({2.0, 3.0});
   Eigen::VectorXd to = Eigen::VectorXd::Zero(kStateSize);
   to(0) = 4.0;
@@ -171,7 +171,7 @@ TEST(ConstantVelocityFactor, HandWorkedValue) {
   const auto result = Evaluate(factor, {Eigen::VectorXd::Zero(kStateSize), to});
   EXPECT_NEAR(result.residuals(0), std::sqrt(2.0), 1e-14);
   EXPECT_NEAR(result.residuals.tail(5).cwiseAbs().maxCoeff(), 0.0, 1e-14);
-  // r'r is the Mahalanobis distance: [4 3] Q^-1 [4; 3] = 2.
+  // r'r is the squared Mahalanobis distance: [4 3] Q^-1 [4; 3] = 2.
   EXPECT_NEAR(result.residuals.squaredNorm(), 2.0, 1e-14);
 }
 

@@ -16,7 +16,8 @@ constexpr LossKind kAll[] = {LossKind::kNone, LossKind::kHuber,
                              LossKind::kTukey};
 
 TEST(Loss, HandWorkedValues) {
-  // c = 3 at s = 9, one scale out; Huber at s = 36, two scales out.
+  // With c = 3, s = 9 is a residual of one scale and s = 36 (Huber) one of two
+  // scales.
   EXPECT_DOUBLE_EQ(EvaluateLoss(LossKind::kNone, 3.0, 9.0).rho, 9.0);
   EXPECT_DOUBLE_EQ(EvaluateLoss(LossKind::kHuber, 3.0, 36.0).rho, 27.0);
   EXPECT_DOUBLE_EQ(EvaluateLoss(LossKind::kHuber, 3.0, 36.0).first, 0.5);
@@ -60,8 +61,8 @@ TEST(Loss, CeresLossesHaveTheSameValues) {
 }
 
 TEST(Loss, SecondDerivativeIsNeverPositive) {
-  // For such losses Ceres only scales residuals and Jacobians: reweighted least
-  // squares.
+  // For losses without positive second derivatives, Ceres only scales residuals
+  // and Jacobians, which is reweighted least squares.
   for (const LossKind kind : kAll) {
     for (double s = 0.0; s < 50.0; s += 0.1) {
       EXPECT_LE(EvaluateLoss(kind, 2.0, s).second, 0.0);
@@ -114,7 +115,8 @@ TEST(InformationCorrection, PredictsTheSpreadOfALocationEstimate) {
       nees += (cx * cx + cy * cy) * total * correction;
     }
     // A mean of 1500 chi-squares with 2 degrees of freedom, over 2, has a
-    // standard error of 1 / sqrt(1500) = 2.6 %; four standard errors.
+    // standard error of 1 / sqrt(1500) = 2.6 %. The tolerance is four standard
+    // errors.
     EXPECT_NEAR(nees / kRuns / 2.0, 1.0, 0.105)
         << LossNames()[static_cast<int>(kind)];
   }

@@ -128,8 +128,8 @@ TEST(KalmanTest, DerivativesMatchTheMotion) {
   }
   const SegmentEstimate second = RtsSmoother(Model(2, 2.0), segment);
   EXPECT_EQ(second.accelerations_m_s2.rows(), 0);
-  // The constant-velocity model is off by at most the acceleration over half a
-  // frame.
+  // The error of the constant-velocity model is at most the acceleration times
+  // half a frame.
   const double step_s = segment.times_s[1] - segment.times_s[0];
   EXPECT_LT(
       (second.velocities_m_s.row(20) - v - segment.times_s[20] * a).norm(),
@@ -160,7 +160,7 @@ TEST(KalmanTest, FilterAndSmootherEqualTheGaussianConditional) {
   }
 }
 
-// One of the samples is off by half a metre.
+// One sample has an error of half a metre.
 JointSegment WithOutlier(size_t at) {
   JointSegment segment = Uneven();
   segment.positions_m.row(static_cast<Eigen::Index>(at)).array() += 0.5;

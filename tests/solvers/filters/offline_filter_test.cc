@@ -239,8 +239,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Range(0, static_cast<int>(OutputNames().size())), NameOf);
 
 TEST(RobustPointsTest, ResistOutliersThatSpoilTheInitialPose) {
-  // Five views, one observation in ten off by 30 to 200 px, and an initial
-  // pose that is the least-squares point of all rays.
+  // Five views, one observation in ten with an error of 30 to 200 px, and an
+  // initial pose that is the least-squares point of all rays.
   const SceneModel scene{testing::RingOfCameras(5, 5.0, 1000.0),
                          testing::SmallSkeleton(), 25.0, KeptMatches::kWeights};
   EstimatorOptions options;

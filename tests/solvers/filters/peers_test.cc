@@ -55,9 +55,10 @@ void Bridge(Samples* values) {
   }
 }
 
-// Pose2Sim's triangulated points, bridged and without outliers (seven frames,
-// two standard deviations). Unlike kinegraph's, Pose2Sim's Hampel filter leaves
-// the first and last three values unchanged.
+// Pose2Sim's triangulated points, bridged and filtered like there by a Hampel
+// filter (window of seven frames, threshold of two standard deviations). Unlike
+// kinegraph's, Pose2Sim's Hampel filter leaves the first and last three values
+// unchanged.
 std::vector<Samples> HampelPoints(const std::string& folder,
                                   const std::vector<double>& times_s) {
   std::vector<Samples> joints = ReadPeer(folder, "p2s_tri_raw");
@@ -159,11 +160,11 @@ TEST_F(PeersTest, GcvSplineMatchesPose2Sim) {
 TEST_F(PeersTest, RtsIsCloseToKalmanOfPose2Sim) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // Pose2Sim's trust ratio of 500 [1/s^2] is the standard deviation of a step
-  // of acceleration divided by that of a measurement. White noise on jerk with
-  // the same variance per frame has the power (500 r)^2 / dt. Results with the
-  // two kinds of noise differ by some micrometres (median 3.5, at most 170),
-  // and by 8 mm at the start, where Pose2Sim assumes a velocity in metres per
-  // frame.
+  // of acceleration divided by that of a measurement, r. White noise on jerk
+  // with the same variance per frame has the power (500 r)^2 / dt. Results with
+  // the two kinds of noise differ by some micrometres (median 3.5, at most
+  // 170), and by 8 mm at the start, where Pose2Sim assumes a velocity in metres
+  // per frame.
   const double sigma_m = 0.02;
   PointModel model;
   model.derivatives = 3;

@@ -20,7 +20,7 @@ TEST(PixelSigma, HandWorkedValues) {
   };
   EXPECT_DOUBLE_EQ(sigma(JointClass::kHip, 1.0, 4.0, 1000.0), 6.0);
   EXPECT_DOUBLE_EQ(sigma(JointClass::kWrist, 1.0, 4.0, 1000.0), 8.0);
-  // A quarter of the confidence doubles it, twice the depth halves it, twice
+  // A quarter of the confidence doubles sigma, twice the depth halves it, twice
   // the focal length doubles it.
   EXPECT_DOUBLE_EQ(sigma(JointClass::kHip, 0.25, 4.0, 1000.0), 12.0);
   EXPECT_DOUBLE_EQ(sigma(JointClass::kHip, 1.0, 8.0, 1000.0), 3.0);
@@ -42,7 +42,7 @@ TEST(InformationScale, FollowsTheCorrelationOfErrors) {
   EXPECT_NEAR(InformationScale(options, 0.04), 1.5 * (1.0 - rho) / (1.0 + rho),
               1e-15);
   EXPECT_DOUBLE_EQ(InformationScale(options, INFINITY), 1.5);
-  // The information of a second hardly depends on the frame rate.
+  // The information per second hardly depends on the frame rate.
   EXPECT_NEAR(InformationScale(options, 1.0 / 60.0) * 60.0 /
                   (InformationScale(options, 1.0 / 120.0) * 120.0),
               1.0, 0.01);
@@ -60,7 +60,7 @@ TEST(NoiseScale, MedianAndTrimmedMeanIgnoreOutliers) {
       squares.push_back(random.Chance(0.1) ? 1e3 : x * x + y * y);
     }
     // 18000 values of relative spread 1 give a standard error of 0.4 % of the
-    // scale; four standard errors.
+    // scale. The tolerance is four standard errors.
     EXPECT_NEAR(EstimateNoiseScale(squares) / scale, 1.0, 0.016);
   }
   EXPECT_EQ(EstimateNoiseScale({}), 1.0);
@@ -73,8 +73,8 @@ TEST(NoiseScale, CausalScaleForgetsOldResiduals) {
   CausalNoiseScale learnt;
   double applied = 1.0;
   for (const double scale : {2.0, 0.5}) {
-    // 4000 of the 10000 residuals are kept, which gives a standard error of
-    // 0.8 % of the scale; four standard errors.
+    // 4000 of the 10000 residuals are kept, which gives a standard error of 0.8
+    // % of the scale. The tolerance is four standard errors.
     for (int frame = 0; frame < 200; ++frame) {
       std::vector<double> squares;
       for (int i = 0; i < 50; ++i) {

@@ -1,5 +1,5 @@
-// The number and the cost of a person's factors, against values computed by
-// hand.
+// Compares the number and the cost of a person's factors with hand-computed
+// values.
 #include "solvers/graph/factor_list.h"
 
 #include <gtest/gtest.h>
@@ -106,7 +106,7 @@ TEST(FactorList, CountAndCostMatchHandComputedValues) {
   // The bone is a metre at first, then 1.01^0.5 and 1.09^0.5 m.
   const double bones = 0.5 * (std::pow((std::sqrt(1.01) - 1.0) / 0.5, 2) +
                               std::pow((std::sqrt(1.09) - 1.0) / 0.5, 2));
-  // Sums of terms below ten, with rounding of some 1e-16 each.
+  // Sums of a few terms below ten have rounding errors of about 1e-15.
   EXPECT_NEAR(all.cost, priors + centres + motions + pixels + bones, 1e-12);
 
   // The loss applies to pixels only: Cauchy's at 3 sigmas with scale 2 is 4

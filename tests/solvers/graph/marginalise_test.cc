@@ -84,13 +84,13 @@ TEST(Marginalise, TrailingZerosOfRowsMayBeOmitted) {
   }
   const auto a = whole.Drop<2>();
   const auto b = cut.Drop<2>();
-  // Signs of rows are arbitrary. One unit of rounding per row and column of
-  // numbers of size one.
+  // Signs of rows are arbitrary, so products are compared. The tolerance is
+  // about one unit of rounding per row and column of numbers near one.
   EXPECT_LT((a.A.transpose() * a.A - b.A.transpose() * b.A).norm(), 1e-13);
   EXPECT_LT((a.A.transpose() * a.b - b.A.transpose() * b.b).norm(), 1e-13);
 }
 
-TEST(Marginalise, MoreRowsThanTheBuffer) {
+TEST(Marginalise, RowsMayExceedTheBuffer) {
   Random random(31);
   RowTriangle<3> triangle;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();

@@ -1,4 +1,4 @@
-// Values of a person's problem, and its output.
+// Tests the priors, measurements and user factors of a PersonProblem.
 #include "solvers/graph/problem.h"
 
 #include <gtest/gtest.h>

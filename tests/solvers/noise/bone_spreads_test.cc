@@ -21,9 +21,9 @@ Skeleton Legs() {
 }
 
 // Observations of a bone with Gaussian noise; each end is seen by four views.
-class Looker {
+class BoneSimulator {
  public:
-  explicit Looker(uint64_t seed) : random_(seed) {}
+  explicit BoneSimulator(uint64_t seed) : random_(seed) {}
 
   double noise_m = 0.01;     // true sigma of the length
   double modelled_m = 0.01;  // sigma in the model
@@ -56,20 +56,21 @@ class Looker {
 
 // The estimate from `looks` observations of a bone whose length varies by
 // `varies_m`.
-BoneEstimate Told(Looker looker, int looks, double varies_m = 0.0) {
+BoneEstimate EstimateFrom(BoneSimulator simulator, int looks,
+                          double varies_m = 0.0) {
   Random random(7);
   BoneSpreads spreads(Legs());
   for (int i = 0; i < looks; ++i) {
-    spreads.Add(0, looker.At(kLength + varies_m * random.Normal()));
+    spreads.Add(0, simulator.At(kLength + varies_m * random.Normal()));
   }
   return *spreads.Estimate(0);
 }
 
 TEST(BoneSpreads, RigidBoneHasNoSpread) {
   for (const double modelled : {0.005, 0.01, 0.03}) {
-    Looker looker(1);
-    looker.modelled_m = modelled;  // the residuals reveal the error
-    const BoneEstimate estimate = Told(looker, 1000);
+    BoneSimulator simulator(1);
+    simulator.modelled_m = modelled;  // the residuals reveal the error
+    const BoneEstimate estimate = EstimateFrom(simulator, 1000);
     // The median of 1000 observations with errors of 1 cm is accurate to 0.4
     // mm.
     EXPECT_NEAR(estimate.length_sigma_m, 0.0004, 0.0001);
@@ -87,19 +88,20 @@ TEST(BoneSpreads, RigidBoneHasNoSpread) {
 // The residuals reveal a model that is wrong by a factor of two.
 TEST(BoneSpreads, SpreadIsSeparatedFromNoise) {
   for (const double modelled_m : {0.01, 0.02}) {
-    Looker looker(2);
-    looker.modelled_m = modelled_m;
+    BoneSimulator simulator(2);
+    simulator.modelled_m = modelled_m;
     // (1 cm)^2 + (2 cm)^2 has a standard error of 6 %, so (2 cm)^2 has one of
     // 7.5 %; four standard errors are 14 % of 2 cm.
-    EXPECT_NEAR(Told(looker, 1000, 0.02).spread_m, 0.02, 0.003) << modelled_m;
+    EXPECT_NEAR(EstimateFrom(simulator, 1000, 0.02).spread_m, 0.02, 0.003)
+        << modelled_m;
   }
 }
 
 TEST(BoneSpreads, ResistsOutliers) {
-  Looker looker(3);
+  BoneSimulator simulator(3);
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 1000; ++i) {
-    BoneObservation look = looker.At(kLength);
+    BoneObservation look = simulator.At(kLength);
     if (i % 10 == 0) {
       look.distance_m += 0.3;
       look.square += 1000.0;
@@ -137,9 +139,9 @@ BoneEnd LocatedAt(double x_m, const Vector3d& noise_m, double modelled,
 
 // The estimate from 1000 observations of ends located in this way, and the mean
 // distance.
-BoneEstimate ToldByEnds(double length_m, const Vector3d& noise_m,
-                        double modelled, Random* random,
-                        double* distance_m = nullptr) {
+BoneEstimate EstimateFromEnds(double length_m, const Vector3d& noise_m,
+                              double modelled, Random* random,
+                              double* distance_m = nullptr) {
   BoneSpreads spreads(Legs());
   double sum_m = 0.0;
   for (int i = 0; i < 1000; ++i) {
@@ -159,7 +161,7 @@ TEST(BoneSpreads, NoiseDoesNotIncreaseTheLength) {
   for (const double noise : {0.05, 0.15, 0.3}) {
     for (const double modelled : {0.5, 1.0, 2.0}) {
       double distances = 0.0;
-      const BoneEstimate estimate = ToldByEnds(
+      const BoneEstimate estimate = EstimateFromEnds(
           kLength, Vector3d::Constant(noise), modelled, &random, &distances);
       // Four standard errors, plus a few per cent of tr N / (2 L) for the error
       // of the noise scale.
@@ -186,7 +188,8 @@ TEST(BoneSpreads, NoiseInDepthDoesNotReduceTheLength) {
   const Vector3d noise_m(0.01, 0.045, 0.01);
   for (uint64_t seed = 1; seed <= 5; ++seed) {
     Random random(seed);
-    const BoneEstimate estimate = ToldByEnds(kShort_m, noise_m, 1.0, &random);
+    const BoneEstimate estimate =
+        EstimateFromEnds(kShort_m, noise_m, 1.0, &random);
     // As above, for the variance of the depth. Along the observed directions,
     // the length would be 4 mm too short.
     const double bound =
@@ -214,11 +217,11 @@ TEST(BoneSpreads, BoneShorterThanTheNoiseIsUnknown) {
 }
 
 TEST(BoneSpreads, CorrelatedObservationsCountLess) {
-  Looker independent(4);
-  Looker lasting(4);
+  BoneSimulator independent(4);
+  BoneSimulator lasting(4);
   lasting.correlation = 0.9;
-  const BoneEstimate a = Told(independent, 1000);
-  const BoneEstimate b = Told(lasting, 1000);
+  const BoneEstimate a = EstimateFrom(independent, 1000);
+  const BoneEstimate b = EstimateFrom(lasting, 1000);
   // (1 + 0.9) / (1 - 0.9) = 19 observations count as one, which increases the
   // error by a factor of 4.4; the tolerance allows for the error of the
   // estimated correlation.
@@ -228,9 +231,9 @@ TEST(BoneSpreads, CorrelatedObservationsCountLess) {
 
 TEST(BoneSpreads, ConstantErrorsIncreaseTheLengthSigma) {
   constexpr double kFrame_s = 0.01;
-  Looker looker(5);
+  BoneSimulator simulator(5);
   BoneSpreads spreads(Legs());
-  for (int i = 0; i < 1000; ++i) spreads.Add(0, looker.At(kLength));
+  for (int i = 0; i < 1000; ++i) spreads.Add(0, simulator.At(kLength));
   const double averaged_m = spreads.Estimate(0)->length_sigma_m;
   // A quarter of the variance is constant, i.e. half of an observation's sigma
   // of 1 cm. The scale of the observations is known to a few per cent (see
@@ -247,15 +250,15 @@ TEST(BoneSpreads, ConstantErrorsIncreaseTheLengthSigma) {
 }
 
 TEST(BoneSpreads, RarelySeenBoneUsesTheOtherSide) {
-  Looker looker(5);
+  BoneSimulator simulator(5);
   BoneSpreads spreads(Legs());
-  for (int i = 0; i < 800; ++i) spreads.Add(0, looker.At(kLength));
+  for (int i = 0; i < 800; ++i) spreads.Add(0, simulator.At(kLength));
   const BoneEstimate right = *spreads.Estimate(1);
   EXPECT_NEAR(right.length_m, kLength, 0.003)
       << "the population's length is 0.418 m";
   EXPECT_GT(right.length_sigma_m, 0.009) << "sides differ by a centimetre";
   // With many observations of both sides, each keeps its length.
-  for (int i = 0; i < 800; ++i) spreads.Add(1, looker.At(kLength + 0.03));
+  for (int i = 0; i < 800; ++i) spreads.Add(1, simulator.At(kLength + 0.03));
   EXPECT_NEAR(spreads.Estimate(0)->length_m, kLength, 0.002);
   EXPECT_NEAR(spreads.Estimate(1)->length_m, kLength + 0.03, 0.002);
 }
@@ -269,27 +272,28 @@ TEST(BoneSpreads, PopulationPriorWithoutObservations) {
 }
 
 TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
-  Looker looker(6);
+  BoneSimulator simulator(6);
   BoneSpreads spreads(Skeleton("face", {"nose", "chin"}, {{0, 1}}));
   EXPECT_FALSE(spreads.Estimate(0).has_value());
-  for (int i = 0; i < 24; ++i) spreads.Add(0, looker.At(0.1));
+  for (int i = 0; i < 24; ++i) spreads.Add(0, simulator.At(0.1));
   EXPECT_FALSE(spreads.Estimate(0).has_value());
-  spreads.Add(0, looker.At(0.1));
+  spreads.Add(0, simulator.At(0.1));
   ASSERT_TRUE(spreads.Estimate(0).has_value());
   // The median of 25 observations with errors of 1 cm is accurate to 2.5 mm.
   EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
 }
 
-TEST(BoneSpreads, LargeSpreadGivesWay) {
-  EXPECT_TRUE(Told(Looker(8), 500, 0.12).gives_way);
+TEST(BoneSpreads, BoneWithLargeSpreadIsNotUsed) {
+  EXPECT_TRUE(EstimateFrom(BoneSimulator(8), 500, 0.12).gives_way);
 }
 
 TEST(BoneSpreads, ThinningKeepsEarlyObservations) {
-  Looker looker(10);
+  BoneSimulator simulator(10);
   BoneSpreads spreads(Legs());
-  // The first third is longer than the rest, in which the median lies.
+  // The bone is longer in the first third of the observations; the median lies
+  // in the other two thirds.
   for (int i = 0; i < 30000; ++i) {
-    spreads.Add(0, looker.At(i < 10000 ? kLength + 0.06 : kLength));
+    spreads.Add(0, simulator.At(i < 10000 ? kLength + 0.06 : kLength));
   }
   const BoneEstimate estimate = *spreads.Estimate(0);
   EXPECT_EQ(estimate.looks, 30000);
@@ -299,8 +303,8 @@ TEST(BoneSpreads, ThinningKeepsEarlyObservations) {
 }
 
 TEST(BoneSpreads, RepeatedEstimatesDoNotChangeTheState) {
-  Looker once(11);
-  Looker often(11);
+  BoneSimulator once(11);
+  BoneSimulator often(11);
   BoneSpreads a(Legs());
   BoneSpreads b(Legs());
   for (int i = 0; i < 400; ++i) {
@@ -321,7 +325,7 @@ TEST(BoneSpreads, HeadIsRigid) {
   EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
   BoneSpreads spreads(Coco17());
   EXPECT_EQ(spreads.bones().size(), pairs.size());
-  // Nose to left ear and nose to right ear are mirrors.
+  // The pairs nose to left ear and nose to right ear mirror each other.
   const auto find = [&](int a, int b) {
     for (size_t i = 0; i < pairs.size(); ++i) {
       if (pairs[i].a == a && pairs[i].b == b) return static_cast<int>(i);
@@ -330,8 +334,8 @@ TEST(BoneSpreads, HeadIsRigid) {
   };
   ASSERT_GE(find(0, 3), 0);
   ASSERT_GE(find(0, 4), 0);
-  Looker looker(12);
-  for (int i = 0; i < 200; ++i) spreads.Add(find(0, 3), looker.At(0.15));
+  BoneSimulator simulator(12);
+  for (int i = 0; i < 200; ++i) spreads.Add(find(0, 3), simulator.At(0.15));
   ASSERT_TRUE(spreads.Estimate(find(0, 4)).has_value());
   EXPECT_NEAR(spreads.Estimate(find(0, 4))->length_m, 0.15, 0.004);
 }
@@ -379,14 +383,14 @@ TEST(BoneSpreads, PoolingRigidBonesTightensSpreadBounds) {
   double alone_m2 = 0.0;
   double together_m2 = 0.0;
   for (uint64_t seed = 20; seed < 40; ++seed) {
-    Looker looker(seed);
+    BoneSimulator simulator(seed);
     BoneSpreads alone(Legs());
     BoneSpreads together(FourBones());
     for (int i = 0; i < 150; ++i) {
-      const BoneObservation look = looker.At(kLength);
+      const BoneObservation look = simulator.At(kLength);
       alone.Add(0, look);
       together.Add(0, look);
-      for (int b = 1; b < 4; ++b) together.Add(b, looker.At(kLength));
+      for (int b = 1; b < 4; ++b) together.Add(b, simulator.At(kLength));
     }
     alone_m2 += std::pow(alone.Estimate(0)->spread_bound_m, 2);
     together_m2 += std::pow(together.Estimate(0)->spread_bound_m, 2);
@@ -397,12 +401,13 @@ TEST(BoneSpreads, PoolingRigidBonesTightensSpreadBounds) {
 }
 
 TEST(BoneSpreads, VaryingBoneIsNotShrunkToRigidBones) {
-  Looker looker(14);
+  BoneSimulator simulator(14);
   Random random(15);
   BoneSpreads spreads(FourBones());
   for (int i = 0; i < 400; ++i) {
-    spreads.Add(0, looker.At(random.Normal(kLength, 0.02)));
-    for (int bone = 1; bone < 4; ++bone) spreads.Add(bone, looker.At(kLength));
+    spreads.Add(0, simulator.At(random.Normal(kLength, 0.02)));
+    for (int bone = 1; bone < 4; ++bone)
+      spreads.Add(bone, simulator.At(kLength));
   }
   // The standard error of the variance, 5 cm^2 in total times sqrt(3.34 / 400),
   // is 0.45 cm^2, or 1.1 mm at 2 cm. The tolerance is twice that, and as much

@@ -14,7 +14,7 @@ namespace {
 constexpr double kBelieved = 0.5;
 
 // Joints of unrelated frames in view of a ring of cameras, at 25 Hz.
-struct Looks {
+struct SimulatedJoints {
   int views = 4;
   int frames = 400;
   double power = kBelieved;  // true power of the confidence
@@ -23,14 +23,15 @@ struct Looks {
   double outliers = 0.0;  // fraction with an error of 100 px
 };
 
-ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
-  const CameraRig cameras = testing::RingOfCameras(looks.views, 5.0, 1250.0);
+ConfidenceWeighting Learnt(const SimulatedJoints& simulated, uint64_t seed) {
+  const CameraRig cameras =
+      testing::RingOfCameras(simulated.views, 5.0, 1250.0);
   ConfidenceLearner learner(kBelieved, 25.0);
   RobustTriangulationOptions options;
   options.loss = LossKind::kNone;
   const RobustTriangulator triangulator(options);
   Random random(seed);
-  for (int k = 0; k < looks.frames; ++k) {
+  for (int k = 0; k < simulated.frames; ++k) {
     const Eigen::Vector3d point_m(random.Uniform(-1.0, 1.0),
                                   random.Uniform(-1.0, 1.0),
                                   random.Uniform(0.0, 2.0));
@@ -38,12 +39,12 @@ ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
     std::vector<double> log_confidences;
     for (const Camera& camera : cameras) {
       const double confidence = random.Uniform(
-          looks.least_confidence, looks.greatest_confidence + 1e-300);
-      const double sigma_px = 3.0 * std::pow(confidence, -looks.power);
+          simulated.least_confidence, simulated.greatest_confidence + 1e-300);
+      const double sigma_px = 3.0 * std::pow(confidence, -simulated.power);
       Eigen::Vector2d px = *camera.Project(point_m);
       px += Eigen::Vector2d(sigma_px * random.Normal(),
                             sigma_px * random.Normal());
-      if (random.Chance(looks.outliers)) px.x() += 100.0;
+      if (random.Chance(simulated.outliers)) px.x() += 100.0;
       // The noise model is too large by a factor of three.
       views.push_back({&camera, px, 9.0 * std::pow(confidence, -kBelieved)});
       log_confidences.push_back(std::log(confidence));
@@ -66,14 +67,14 @@ class ConfidencePowerTest
 // * 400 * 0.56^2) = 0.06, less than half a step of the candidate powers (0.25,
 // then 0.5).
 TEST_P(ConfidencePowerTest, IsEstimatedFromTheErrors) {
-  Looks looks;
-  looks.power = std::get<0>(GetParam());
-  looks.views = std::get<1>(GetParam());
-  looks.outliers = std::get<2>(GetParam());
+  SimulatedJoints simulated;
+  simulated.power = std::get<0>(GetParam());
+  simulated.views = std::get<1>(GetParam());
+  simulated.outliers = std::get<2>(GetParam());
   for (uint64_t seed = 1; seed <= 5; ++seed) {
-    const double step = looks.power < 1.0 ? 0.25 : 0.5;
-    EXPECT_NEAR(kBelieved + Learnt(looks, seed).added_power, looks.power,
-                1.01 * step)
+    const double step = simulated.power < 1.0 ? 0.25 : 0.5;
+    EXPECT_NEAR(kBelieved + Learnt(simulated, seed).added_power,
+                simulated.power, 1.01 * step)
         << seed;
   }
 }
@@ -85,10 +86,10 @@ INSTANTIATE_TEST_SUITE_P(Truths, ConfidencePowerTest,
                                             ::testing::Values(0.0, 0.05)));
 
 TEST(ConfidencePower, EqualConfidencesKeepTheConfiguredPower) {
-  Looks looks;
-  looks.power = 0.0;
-  looks.least_confidence = looks.greatest_confidence = 0.7;
-  const ConfidenceWeighting learnt = Learnt(looks, 1);
+  SimulatedJoints simulated;
+  simulated.power = 0.0;
+  simulated.least_confidence = simulated.greatest_confidence = 0.7;
+  const ConfidenceWeighting learnt = Learnt(simulated, 1);
   EXPECT_EQ(learnt.added_power, 0.0);
   EXPECT_EQ(learnt.SigmaFactor(std::log(0.3)), 1.0);
 }
@@ -100,11 +101,11 @@ TEST(ConfidencePower, NoObservationsKeepTheConfiguredPower) {
 
 TEST(ConfidencePower, SkipsFramesThatFollowTooSoon) {
   ConfidenceLearner fast(kBelieved, 120.0);
-  int looked_at = 0;
+  int used = 0;
   for (int k = 0; k < 1200; ++k) {
-    looked_at += fast.BeginFrame(FromSeconds(k / 120.0)) ? 1 : 0;
+    used += fast.BeginFrame(FromSeconds(k / 120.0)) ? 1 : 0;
   }
-  EXPECT_EQ(looked_at, 100);  // ten per second
+  EXPECT_EQ(used, 100);  // ten per second
   ConfidenceLearner slow(kBelieved, 5.0);
   for (int k = 0; k < 50; ++k) {
     // The clock jitters by a tenth of a millisecond.

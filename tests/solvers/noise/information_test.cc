@@ -35,7 +35,8 @@ TEST(InformationTest, FastSmootherFollowsCorrelatedErrors) {
   const double fast = InformationDivisor(lasting, kFrame_s, 100.0, 1e-4);
   EXPECT_GT(slow, fast);
   EXPECT_GE(fast, 1.0);
-  // Below the crossover the errors are larger than at it.
+  // Below the crossover frequency, correlated errors have more power than at
+  // the crossover.
   EXPECT_GT(CovarianceFactor(lasting, kFrame_s, 10.0, 1e-4), 1.0);
 }
 
@@ -115,8 +116,8 @@ TEST(InformationTest, ProcessNoiseHasTheRequestedCrossover) {
           ProcessNoiseOfCrossover(correlation, kFrame_s, 1e-3, frequency_hz);
       const double divisor = InformationDivisor(correlation, kFrame_s, q, 1e-3);
       const double w = std::pow(q / (1e-3 * kFrame_s * divisor), 0.25);
-      // The divisor is iterated in eight rounds, each of which reduces the
-      // error to a quarter.
+      // The divisor is iterated in up to eight rounds, each of which reduces
+      // the error to a quarter or less.
       EXPECT_NEAR(w / (2.0 * 3.14159265358979 * frequency_hz), 1.0, 1e-4)
           << share << " " << frequency_hz;
     }
@@ -173,8 +174,8 @@ double LagOf(const std::function<Vector3d(double)>& motion,
 }
 
 // A motion driven by white noise on its derivative of the given order, whose
-// power equals that of the errors at the crossover. High-pass filtered far
-// below it, so that the motion does not drift away.
+// power equals that of the errors at the crossover. It is high-pass filtered
+// far below the crossover, so that the motion does not drift away.
 std::function<Vector3d(double)> Driven(int order) {
   return [order, random = Random(11),
           derivatives =
@@ -193,7 +194,7 @@ std::function<Vector3d(double)> Driven(int order) {
   };
 }
 
-// In 60 s some 60 * 20 / pi * 3 = 1100 values are independent, so their mean
+// In 60 s about 60 * 20 / pi * 3 = 1100 values are independent, so their mean
 // square is known to 4 %. Frames without a point lower the crossover, which
 // increases the lag of jerk by a tenth.
 constexpr double kTolerance = 0.2;
@@ -215,8 +216,8 @@ TEST(MotionLagTest, WhiteJerkHasTheLagOfThePrior) {
 }
 
 TEST(MotionLagTest, WhiteAccelerationHasLessLagThanThePrior) {
-  // The integrals of u^4 / (1 + u^4)^4 and u^2 / (1 + u^4)^4 over u are 0.0607
-  // and 0.1302.
+  // The expected ratio is that of the integrals of u^4 / (1 + u^4)^4 and u^2 /
+  // (1 + u^4)^4 over u, 0.0607 and 0.1302.
   EXPECT_NEAR(LagOf(Driven(2), {0.0, 0.1}), 0.466, kTolerance);
 }
 

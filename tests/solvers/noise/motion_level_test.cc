@@ -58,10 +58,10 @@ Levels Sum(const std::vector<Levels>& evidence) {
 }
 
 TEST(MotionLevelTest, LikelihoodRecoversTheProcessNoise) {
-  // The smoother's bandwidth is (q / (R h))^(1/4), 37 to 52 rad/s, which gives
-  // about 300 independent values in 20 s on each of three axes, so ln q is
-  // accurate to about 0.1. The parabola over levels that are ln 3.2 apart adds
-  // as much. The tolerance is three times the sum.
+  // The smoother's bandwidth is (q / (R h))^(1/4), 29 to 130 rad/s, which gives
+  // about 190 to 830 independent values in 20 s on each of three axes, so ln q
+  // is accurate to about 0.1. The parabola over levels that are ln 3.2 apart
+  // adds as much. The tolerance is three times the sum.
   for (const double rate_hz : {30.0, 120.0}) {
     for (const double level : {0.3, 1.0, 30.0}) {
       std::vector<TimeNs> times;
@@ -99,7 +99,7 @@ TEST(MotionLevelTest, LocatesABurst) {
       if (t > 1.0 && t < 3.5) {
         EXPECT_LT(levels[k], std::log(2.0)) << t;
       }
-      // Well after the burst, the level is low again.
+      // One second after the burst, the level has decreased again.
       if (t > 5.5) {
         EXPECT_LT(levels[k], std::log(20.0)) << t;
       }
@@ -126,8 +126,9 @@ TEST(LevelChainTest, StaysNearTheRecordingLevel) {
   LevelChain::Vector log_levels;
   for (int i = 0; i < kLevelCount; ++i) log_levels[i] = LogLevel(i);
   EXPECT_NEAR(chain.stationary().dot(log_levels), 1.5, 0.05);
-  // Jumps to any level shift the stationary distribution towards the middle of
-  // the grid, by at most the ratio of their rate, 0.2 per second, to 1 / 0.5 s.
+  // Jumps to any level (0.2 per second) draw the mean level towards the middle
+  // of the grid, but the return to the recording's level (rate 1 / 0.5 s) is
+  // ten times as fast.
   const LevelChain::Vector later =
       chain.Transition(FromSeconds(20.0)) * chain.stationary();
   EXPECT_NEAR(later.dot(log_levels), 1.5, 0.2 * 2.0);

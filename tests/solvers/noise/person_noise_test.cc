@@ -38,7 +38,7 @@ class PersonNoiseTest : public ::testing::Test {
         noise, Eigen::Vector3d::Zero(), &random);
   }
 
-  // Detections of that motion by a detector with `sigma_scale` times the
+  // Detections of the motion `truth` by a detector with `sigma_scale` times the
   // modelled error.
   SimulatedRecording See(const std::vector<std::vector<State>>& truth,
                          double sigma_scale, uint64_t seed) const {
@@ -77,7 +77,9 @@ class PersonNoiseTest : public ::testing::Test {
 
 TEST_F(PersonNoiseTest, EstimatesTheSimulatedNoise) {
   SimulatedNoise noise;
-  noise.sigma_scale = 0.5;  // 3 px at 4 m instead of the options' 6
+  // 3 px at the reference scale of sigma_px, 250 px per metre as here at 5 m,
+  // instead of the options' 6.
+  noise.sigma_scale = 0.5;
   noise.correlation_time_s = 0.1;
   noise.outliers = 0.03;
   noise.missing = 0.05;
@@ -91,13 +93,13 @@ TEST_F(PersonNoiseTest, EstimatesTheSimulatedNoise) {
     // 20 s of errors with a correlation time of 0.1 s have 100 independent
     // values of five coordinates, so the 0.3 quantile is accurate to 5 % of
     // sigma (as in pixel_noise_test.cc), with three classes shrunk to their
-    // common scale; 15 % of the joints have an outlier in one of four views,
-    // which increases the quantile by 5 %.
+    // common scale; 11 % of the joints have an outlier in one of four views,
+    // which increases sigma by 4 %.
     EXPECT_NEAR(of_class.sigma_px, 3.0, 0.5) << causal;
     EXPECT_NEAR(learnt.correlation.time_s, 0.1, 0.04) << causal;
     EXPECT_GT(learnt.correlation.share, 0.8) << causal;
-    // Far below the motion of people, so the result is the minimum of a tenth
-    // of the typical power.
+    // The simulated process noise is far below that of people, so the level of
+    // the recording is at its lower limit, a tenth of the typical power.
     EXPECT_NEAR(of_class.process_noise,
                 0.1 * UsualProcessNoise(JointClass::kElbow), 1e-9)
         << causal;
@@ -198,7 +200,8 @@ TEST_F(PersonNoiseTest, FollowsAgreeingViewsAfterALongRest) {
     // times that, 35 mm. The limit is twice that, for the onset of the
     // acceleration, which earlier frames cannot predict.
     EXPECT_LT(worst(options_, batch), 0.07) << batch;
-    // For comparison, a process noise for people at rest loses the joint.
+    // For comparison, the fixed default process noise, which suits ordinary
+    // motion, loses the joint.
     EXPECT_GT(worst(testing::FixedNoise(), batch), 0.15) << batch;
   }
 }
@@ -244,7 +247,7 @@ TEST_F(PersonNoiseTest, RestingArmHasLessProcessNoiseThanMovingArm) {
   LearnWhole(See(truth, 1.0 / 3.0, 14).frames);  // 2 px: 8 mm
   // An oscillation of 47 m/s^2 at 2 Hz corresponds to hundreds of times the
   // process noise of the stiffest filter, which suits a resting arm. The limit
-  // is a tenth of that, because few frames determine it poorly.
+  // is a tenth of that, because so few frames determine it only roughly.
   for (int k = 60; k < kFrames - 60; ++k) {
     ASSERT_GT(problem_.joints[0].process_noise[k],
               20.0 * problem_.joints[1].process_noise[k])
@@ -252,10 +255,10 @@ TEST_F(PersonNoiseTest, RestingArmHasLessProcessNoiseThanMovingArm) {
   }
 }
 
-// Large noise masks the motion of a joint at rest, so it is assumed to be as
-// active as the person's other joints; with little noise it is seen to rest,
-// regardless of the other joints.
-TEST_F(PersonNoiseTest, LargePixelNoiseMasksTheRestOfAJoint) {
+// With large noise one cannot tell whether a joint rests, so it is assumed to
+// be as active as the person's other joints. With little noise its rest is
+// evident, regardless of the other joints.
+TEST_F(PersonNoiseTest, LargePixelNoiseHidesWhetherAJointRests) {
   constexpr int kFrames = 300;
   const auto least_of_shoulder = [&](bool moves, double sigma_scale) {
     std::vector<std::vector<State>> truth(3);
@@ -275,16 +278,17 @@ TEST_F(PersonNoiseTest, LargePixelNoiseMasksTheRestOfAJoint) {
         .least_process_noise;
   };
   const double usual = UsualProcessNoise(JointClass::kShoulder);
-  // The stiffest filter has a fortieth of the typical power, the minimum.
+  // The lowest level of a single frame, that of the stiffest filter, is a
+  // fortieth of the typical power.
   const double still = usual / 40.0;
-  // 12 px at 4 m are 48 mm, and 31 mm per axis of a triangulated point. A
-  // crossover of 2.5 Hz then corresponds to 1 m^2/s^3, more than the typical
-  // power; the level is therefore the mean of three classes, two of which move
-  // about typically.
+  // At 250 px per metre, 12 px are 48 mm, and 31 mm per axis of a triangulated
+  // point. A crossover of 2.5 Hz then corresponds to 1 m^2/s^3, more than the
+  // typical power. The level is then the mean of the three classes of joints,
+  // two of which have about the typical level.
   EXPECT_GT(least_of_shoulder(true, 2.0), 0.25 * usual);
   EXPECT_LT(least_of_shoulder(false, 2.0), 4.0 * still);
-  // 2.4 mm at 4 m corresponds to 2.5e-3 m^2/s^3, less than in the stiffest
-  // filter.
+  // With 0.6 px, or 2.4 mm, it corresponds to 2.5e-3 m^2/s^3, less than the
+  // process noise of the stiffest filter.
   EXPECT_LT(least_of_shoulder(true, 0.1), 2.0 * still);
 }
 

@@ -38,8 +38,7 @@ TEST(NoiseScalesTest, RecoversTheScale) {
   }
   // The 0.3 quantile of n draws has the standard error sqrt(0.21 / n) /
   // density(3.0) = 0.066, 1.1 % of sigma. The tolerance is three of these, plus
-  // the bias of ln 1.7 by 3 % from the prior, which has the weight of 60 in
-  // 2000.
+  // a margin for the priors, which have weights of 20 and 40 in 2000.
   EXPECT_NEAR(scales.Scale(JointClass::kKnee), 1.7, 1.7 * (0.033 + 0.016));
   EXPECT_EQ(scales.count(JointClass::kKnee), 2000);
 }

@@ -123,9 +123,9 @@ TEST_F(ViewBiasTest, EstimatesTheSimulatedBias) {
   EXPECT_TRUE(hip.used);
   EXPECT_NEAR(learnt.azimuth_deg, 360.0, 1e-9);
   // 3000 observations with errors of 8 mm and features with a mean square of
-  // 0.5 determine a coefficient to 0.2 mm; the ridge and the part that the
-  // joint's position absorbs (three of ten numbers) make it too small by 1 mm.
-  // The tolerance is twice that.
+  // 0.5 determine a coefficient to 0.2 mm; the ridge and the part of the bias
+  // that the joint's position absorbs (three of ten numbers) make it too small
+  // by 1 mm. The tolerance is twice that.
   for (size_t i = 0; i < kViewFeatureCount; ++i) {
     if (i >= 7) continue;  // undetermined, as all cameras have the same height
     EXPECT_NEAR(hip.across_m[i], recording.bias.across_m[i], 2e-3) << i;
@@ -228,7 +228,7 @@ TEST_F(ViewBiasTest, RecoversTheBiasAtKnownPositions) {
 
 // Hips and knees at known positions, in view of a camera with shifted images;
 // 12 px correspond to 5 cm.
-TEST_F(ViewBiasTest, ImageShiftsLookLikeABiasUnlessRemoved) {
+TEST_F(ViewBiasTest, ImageShiftsAppearAsBiasUnlessRemoved) {
   const auto greatest = [this](const ViewBias& bias) {
     double value = 0.0;
     for (const double one : bias.joints[line_].across_m) {
@@ -258,7 +258,8 @@ TEST_F(ViewBiasTest, ImageShiftsLookLikeABiasUnlessRemoved) {
 }
 
 // Adds observations of one joint, with residuals along one feature.
-void Tell(size_t line, double residual_m, size_t names, BiasSeries* series) {
+void AddObservations(size_t line, double residual_m, size_t names,
+                     BiasSeries* series) {
   for (int k = 0; k < 100; ++k) {
     std::vector<BiasSums> sums(names);
     BiasSums& one = sums[line];
@@ -284,8 +285,8 @@ TEST_F(ViewBiasTest, BiasOfOnePassIsUsedInTheNext) {
   const auto first = notes.NewSeries(joints_, 1);
   const auto second = notes.NewSeries(joints_, 1);
   // The order is irrelevant.
-  Tell(line_, 0.03, classes_.size(), second.get());
-  Tell(line_, 0.01, classes_.size(), first.get());
+  AddObservations(line_, 0.03, classes_.size(), second.get());
+  AddObservations(line_, 0.01, classes_.size(), first.get());
   EXPECT_EQ(notes.view_bias(), nullptr);
   notes.BeginPass();
   ASSERT_NE(notes.view_bias(), nullptr);

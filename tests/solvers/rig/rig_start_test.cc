@@ -1,5 +1,5 @@
-// Tests the initial estimate of a rig from exact people, and people from given
-// matches.
+// Tests the initial estimate of a rig from exact detections, and the people
+// that follow from given matches.
 #include "solvers/rig/rig_start.h"
 
 #include <gmock/gmock.h>
@@ -156,8 +156,8 @@ TEST(RigStart, LagsAreRecovered) {
   EXPECT_EQ(start.lag_frames[2] - start.lag_frames[0], -4);
 }
 
-// The sides between four cameras on a circle are shorter than the diagonals by
-// a factor of sqrt(2).
+// Of four cameras on a circle, neighbours are closer to each other than
+// opposite cameras by a factor of sqrt(2).
 TEST(RigStart, DistancesHaveACommonScale) {
   const CameraRig truth = testing::RingOfCameras(4);
   const RigStart start =
@@ -273,7 +273,7 @@ std::vector<int> DetectionsOfPeople(const RigStart& start) {
 // The second joined view is the recording's third and has a lag of two frames:
 // its frames 1 .. 9 correspond to frames -1 .. 7, of which negative ones do not
 // exist.
-TEST(PeopleOfRig, FramesAreRealignedAndViewsAreJoinedViews) {
+TEST(PeopleOfRig, FramesAreRealignedAndViewsRenumbered) {
   RigStart start;
   start.views = {0, 2};
   start.lag_frames = {0, 2};
@@ -335,8 +335,8 @@ TEST(PeopleOfRig, PersonHasOneTrackletPerViewAtATime) {
   }
 }
 
-// Better matches through a third view exclude later matches: the last match
-// would merge two people who are in the first view at the same time.
+// Matches are used from the best to the worst. The last would, through a third
+// view, merge two people who are in the first view at the same time.
 TEST(PeopleOfRig, SetsThatOverlapInAViewAreNotMerged) {
   const std::vector<ViewTracklet> tracklets = {
       TrackletAt(0, 0, 10, 0), TrackletAt(1, 0, 10, 0), TrackletAt(2, 0, 10, 0),

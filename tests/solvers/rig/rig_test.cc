@@ -86,7 +86,7 @@ void LookElsewhere(int64_t seed, double seconds, size_t view,
   }
 }
 
-// The calibration if only the intrinsics are known.
+// The calibration of the recording if only the intrinsics are known.
 RecordingCalibration Calibrated(const Scene& scene,
                                 const DetectionSequence& recording) {
   return CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras),
@@ -104,7 +104,7 @@ TEST(Rig, RecoversCamerasClocksAndScaleFromWalkers) {
   // reduce this to less than a tenth, times five for weakly determined
   // directions.
   EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
-  // 3 px at 1 m/s correspond to some 20 ms, averaged over thousands of joints.
+  // 3 px at 1 m/s correspond to about 20 ms, averaged over thousands of joints.
   const double zero = found.rig.views[0].clock_s;
   EXPECT_NEAR(found.rig.views[1].clock_s - zero, 0.52, 0.005);
   EXPECT_NEAR(found.rig.views[2].clock_s - zero, -0.33, 0.005);
@@ -122,8 +122,8 @@ TEST(Rig, RecoversCamerasClocksAndScaleFromWalkers) {
       EXPECT_NEAR(px / view.mean_px, 1.0, 0.2);
     }
   }
-  // The world is upright and on the floor: the heights of the cameras are right
-  // within the uncertainty of the scale.
+  // The world is upright and on the floor: the heights of the cameras are
+  // correct within the uncertainty of the scale.
   ASSERT_TRUE(found.ground.has_value());
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     EXPECT_NEAR(found.cameras[v].centre().z(), scene.cameras[v].centre().z(),
@@ -146,8 +146,8 @@ TEST(Rig, KnownLensesNeedNoImageSizes) {
   EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
 }
 
-// Detectors have persistent offsets and errors with a correlation time of a
-// tenth of a second; neither may bias a clock.
+// Detectors have persistent offsets and errors with a correlation time, here
+// 0.15 s; neither may bias a clock.
 TEST(Rig, RecoversClocksDespiteCorrelatedErrors) {
   const Scene scene = Walkers(24.0);
   NoiseOptions noise = Noise();
@@ -199,8 +199,7 @@ TEST(Rig, RecoversUnknownFocalLengths) {
   }
 }
 
-// A view whose left and right are exchanged does not fit as it is, or only
-// badly.
+// A view whose left and right are exchanged fits badly or not at all.
 TEST(Rig, DetectsExchangedSides) {
   const Scene scene = Walkers(12.0);
   DetectionSequence recording = Observe(scene, Noise(), nullptr);
@@ -299,7 +298,7 @@ CalibrationInput WithoutLenses(const CameraRig& cameras) {
 }
 
 // If cameras are wrongly assumed to be pinholes, the shifts of their images are
-// compensated by rotations. If lenses are declared unknown, the stated
+// compensated by rotations. If lenses are declared unknown, the reported
 // uncertainty covers this.
 TEST(Rig, UnknownLensesAreEstimated) {
   const Scene scene = WithRealLenses(Walkers(16.0, 4));
@@ -326,7 +325,7 @@ TEST(Rig, UnknownLensesAreEstimated) {
               std::string::npos)
         << found.rig.reasons.back();
   }
-  // With pinhole cameras the error exceeds the stated uncertainty.
+  // With pinhole cameras the error exceeds the reported uncertainty.
   input.lenses_known = true;
   const RecordingCalibration pinholes =
       CalibrateRecording(RunOptions(), input, recording);
@@ -353,7 +352,7 @@ TEST(Rig, WrongFocalLengthIsReported) {
     if (said) {
       EXPECT_NE(found.rig.verdict, RigVerdict::kCalibrated);
     }
-    // In either case the error is within the stated uncertainty.
+    // In either case the error is within the reported uncertainty.
     double sigma_deg = 0.0;
     for (const RigView& view : found.rig.views) {
       sigma_deg = std::max(sigma_deg, view.rotation_sigma_deg);
@@ -494,7 +493,7 @@ Scene Rounds(std::vector<std::shared_ptr<const Actor>> people, double seconds) {
 }
 
 // Some strides later, a person who walks in a circle looks like a person seen
-// from another direction; the right lag is found nevertheless.
+// from another direction; the correct lag is found nevertheless.
 TEST(Rig, RecoversALateViewOfPeopleWalkingInCircles) {
   const Eigen::Vector2d aside(0.3, 0.5);
   const Scene scene =

@@ -1,4 +1,4 @@
-// Tests tracklets of synthetic figures, and the likeness of their motion.
+// Tests tracklets of synthetic figures, and the similarity of their motion.
 #include "solvers/rig/tracklets.h"
 
 #include <gmock/gmock.h>
@@ -145,7 +145,7 @@ TEST(FollowInViews, OnePersonIsOneTrackletInNormalisedCoordinates) {
   const ViewTracklet& one = tracklets.front();
   EXPECT_EQ(one.first, 0);
   EXPECT_EQ(one.end(), 40);
-  // Pixels of some thousand are rounded to 1e-13, which is 1e-16 at a focal
+  // Pixel coordinates near 1000 are rounded to 1e-13, which is 1e-16 at a focal
   // length of 1000 px; sums of a few terms add a little.
   constexpr double kRounding = 1e-14;
   EXPECT_NEAR(one.size, kFigureSize, kRounding);
@@ -230,8 +230,8 @@ TEST(FollowInViews, BothTrackletsEndIfPeopleMeet) {
 }
 
 // Number of tracklets of a person who steps by `sizes` from one frame to the
-// next, after and before two seconds at rest, alone or with another person in
-// view.
+// next, between two intervals of two seconds at rest, alone or with another
+// person in view.
 int TrackletsOfAStep(double sizes, bool alone) {
   FiguresOfFrames frames;
   for (int k = 0; k < 100; ++k) {
@@ -291,7 +291,7 @@ TEST(FollowInViews, TrackletsNeedASecondAndTenDetections) {
 }
 
 // Detections 0.04 sizes apart are one person, 0.5 sizes apart two.
-TEST(FollowInViews, KeepsTheFullestOfDuplicateDetections) {
+TEST(FollowInViews, KeepsTheMostCompleteOfDuplicateDetections) {
   for (const bool fuller_first : {false, true}) {
     FiguresOfFrames frames;
     for (int k = 0; k < 30; ++k) {
@@ -339,7 +339,7 @@ TEST(FollowInViews, WandNeedsBothJoints) {
   EXPECT_THAT(FollowInViews(cameras, recording, {0, 1}), IsEmpty());
 }
 
-// ---- The likeness of motions ----
+// ---- The similarity of motions ----
 
 // An upright person of size one whose joints oscillate vertically and
 // horizontally, each at its own frequency.
@@ -370,7 +370,8 @@ MotionSignals SignalsOf(std::vector<ViewTracklet> tracklets,
                        rate_hz);
 }
 
-// Signals are floats; sums of a few thousand products have errors of some 1e-6.
+// Signals are floats; sums of a few thousand products have errors of about
+// 1e-6.
 constexpr double kOfFloats = 1e-5;
 
 TEST(MotionSignals, SamplingRateIsAboutTwelveHertz) {
@@ -401,17 +402,16 @@ TEST(MotionSignals, DelayedMotionMatchesAtItsLag) {
     EXPECT_EQ(one.samples, 50 - std::abs(lag - 7)) << lag;
     EXPECT_EQ(turned.samples, one.samples) << lag;
     EXPECT_NEAR(turned.correlation, one.correlation, kOfFloats) << lag;
-    // The slowest joint oscillates vertically at 0.91 Hz: one sample of 0.08 s
-    // changes its phase by 26 degrees, whose cosine is 0.9, and that of the
-    // other joints by more.
+    // The slowest joint oscillates vertically at 1.3 * 0.7 = 0.91 Hz: one
+    // sample of 0.08 s changes its phase by 26 degrees, whose cosine is 0.9,
+    // and that of the other joints by more.
     if (lag == 7) continue;
     EXPECT_LT(one.correlation, 0.9) << lag;
   }
 }
 
-// Differences between images of different cameras: position, size, mirroring
-// and roll.
-TEST(MotionSignals, LikenessIsInvariantToPositionSizeSideAndRoll) {
+// Images of different cameras differ in position, size, mirroring and roll.
+TEST(MotionSignals, SimilarityIsInvariantToTranslationScaleMirroringAndRoll) {
   const ViewTracklet one = Moving(0, 0, 100, 0.4);
   ViewTracklet other = one;
   other.size = 0.3;
@@ -426,7 +426,7 @@ TEST(MotionSignals, LikenessIsInvariantToPositionSizeSideAndRoll) {
   EXPECT_NEAR(likeness.correlation, 1.0, kOfFloats);
 }
 
-TEST(MotionSignals, DifferentMotionsAreLessAlike) {
+TEST(MotionSignals, DifferentMotionsAreLessSimilar) {
   const MotionSignals signals =
       SignalsOf({Moving(0, 0, 200, 0.0), Moving(1, 0, 200, 1.7)});
   EXPECT_LT(signals.Compare(0, 1, 0).correlation, 0.5);
@@ -434,7 +434,7 @@ TEST(MotionSignals, DifferentMotionsAreLessAlike) {
 
 // All coordinates are multiples of 1/64, and shoulders and hips are symmetric
 // about the centre, so nothing is rounded.
-TEST(MotionSignals, PersonAtRestHasNoLikeness) {
+TEST(MotionSignals, PersonAtRestHasNoSimilarity) {
   NormalisedJoints pose(2, 12);
   for (int j = 0; j < 12; ++j) {
     pose.col(j) << (j % 2 == 0 ? 0.25 : -0.25), (j / 2) / 4.0;
@@ -448,7 +448,7 @@ TEST(MotionSignals, PersonAtRestHasNoLikeness) {
 }
 
 // At 25 Hz and every other frame, a second has 12.5 samples, rounded to 13.
-TEST(MotionSignals, LessThanASecondHasNoLikeness) {
+TEST(MotionSignals, LessThanASecondHasNoSimilarity) {
   const MotionSignals signals =
       SignalsOf({Moving(0, 0, 60, 0.0), Moving(1, 0, 60, 0.0)});
   EXPECT_EQ(signals.Compare(0, 1, 17).samples, 13);
@@ -458,9 +458,9 @@ TEST(MotionSignals, LessThanASecondHasNoLikeness) {
   EXPECT_EQ(signals.Compare(0, 1, -500).samples, 0);
 }
 
-// The fraction of energy that a tracklet lacks without some joints: the product
-// with the whole signal is the remaining energy, so the squared correlation is
-// the remaining fraction.
+// The fraction of the signal's energy that is lost if some joints are missing.
+// The inner product with the whole signal is the remaining energy, so the
+// squared correlation is the remaining fraction.
 double ShareOf(const std::vector<Eigen::Index>& joints) {
   const ViewTracklet whole = Moving(0, 0, 200, 0.0);
   ViewTracklet partly = whole;

@@ -23,8 +23,8 @@ using testing::MovingTracklet;
 using testing::PoseBetween;
 
 constexpr int kPairFrames = 100;
-// For exact points the cost is a rounding error of some 1e-16, and the pose has
-// an error of its square root, 1e-8; weakly determined directions need a
+// For exact points the cost is a rounding error of about 1e-16, and the pose
+// has an error of its square root, 1e-8; weakly determined directions need a
 // hundred times that.
 constexpr double kExactPose = 1e-6;
 // Gain of unrelated joints by chance.
@@ -80,8 +80,8 @@ TEST(ViewPairs, RecoversLagPoseAndMatchesOfExactPeople) {
     EXPECT_EQ(pair.lag, late);
     ExpectPose(pair.pose, PoseBetween(cameras[0], cameras[1]));
     EXPECT_EQ(WhoIsWho(pair), (Matches{{0, 2}, {1, 3}}));
-    // Gains are one minus the squared distance, some 1e-12 here, divided by the
-    // square of 3 % of a person's size.
+    // Gains are one minus the squared distance, about 1e-12 here, divided by
+    // the square of 3 % of a person's size.
     for (const TrackletMatch& one : pair.matches) {
       EXPECT_NEAR(one.gain, 1.0, 1e-6);
     }
@@ -227,7 +227,7 @@ std::vector<ViewTracklet> Magnified(std::vector<ViewTracklet> tracklets,
 // If optical axes intersect equally far from both cameras, focal lengths are
 // undetermined (Sturm, "On focal length calibration from two views", 2001), so
 // the second camera is rotated. The gradient of the prior of 20 % is log(1.1) /
-// 0.2^2 = 2.4, against some thousand points, which a doubled focal length
+// 0.2^2 = 2.4, against about a thousand points, which a doubled focal length
 // displaces by at least the scale of the loss (1.2 % of a person). The bias is
 // therefore at most 0.24 %, and the tolerance four times that, because angles
 // absorb part of the effect.
@@ -245,7 +245,7 @@ TEST(ViewPairs, RecoversFocalLengthsAndRefitsPoses) {
   PairFit pair = SearchPairOf(Magnified(tracklets, 1.1), 0, 1, options);
   EXPECT_NEAR(pair.pose.magnification, 1.1, 0.01);
   EXPECT_EQ(WhoIsWho(pair), (Matches{{0, 2}, {1, 3}}));
-  // With coordinates of the right focal lengths, the pose is exact.
+  // With coordinates for the correct focal lengths, the pose is exact.
   RefitPose(tracklets, &pair);
   EXPECT_EQ(pair.pose.magnification, 1.0);
   ExpectPose(pair.pose, truth);

@@ -19,8 +19,8 @@ using testing::WalkersRoom;
 
 // ---- Images lost or duplicated ----
 
-// From frame 60 on, the third view has the images that belong `missing` frames
-// later.
+// From frame 60 on, each frame of the third view shows the image of `missing`
+// frames later.
 WalkersRoom WithJump(int missing) {
   WalkersRoom room(150);
   room.AddNoise(1.0);
@@ -72,7 +72,8 @@ TEST(LostPictures, NoneIsFoundWithoutFaultsOrMotionOrInExcludedViews) {
   resting.AddNoise(1.0);
   EXPECT_FALSE(AskForJump(resting.Matched()).has_value());
   WalkersRoom stranger = WithJump(4);
-  kinegraph::SetUp set_up = stranger.Matched();  // not the test's SetUp()
+  // Qualified, because testing::Test::SetUp() hides the name.
+  kinegraph::SetUp set_up = stranger.Matched();
   set_up.strangers.insert(2);
   EXPECT_FALSE(AskForJump(set_up).has_value());
 }
@@ -120,7 +121,7 @@ TEST(ACameraThatWasMoved, IsReportedForTheFramesBeforeALaterCalibration) {
 
 TEST(ACameraThatWasMoved, IsNotReportedWithoutFaultsOrForLostImages) {
   EXPECT_FALSE(AskForBreak(WalkersRoom(120).Looked()).has_value());
-  // A loss of 0.64 s changes the agreement as much as a rotation.
+  // A loss of images of 0.64 s changes the agreement as much as a rotation.
   EXPECT_FALSE(AskForBreak(WithJump(16).Looked()).has_value());
 }
 

@@ -83,8 +83,9 @@ TEST(CameraCheck, WarnsAboutALateClockUnlessCaptureTimesAreCorrect) {
   EXPECT_NE(Words(check).find(name + " sees people about"), std::string::npos)
       << Words(check);
   EXPECT_NE(Words(check).find("later than the other views"), std::string::npos);
-  // The other clocks are correct, so the points of these views are those at the
-  // recorded time. Segments of 0.2 s only approximate the motion in walking.
+  // The other clocks are correct, so points triangulated from the other views
+  // are correct at the recorded time. A segment of 0.2 s only approximates the
+  // motion of a walking person.
   EXPECT_NEAR(check.Views()[2].late_s, 0.1, 0.015);
   for (DetectionFrame& frame : scene.detections.frames) {
     frame.views[2].capture_time += FromSeconds(0.1);

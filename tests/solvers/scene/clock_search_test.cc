@@ -86,8 +86,8 @@ TEST(ClockSearchOfExactPeople, LagsAreExact) {
 }
 
 // Three of the six pairs of four views contain the late view. Every fourth of
-// 120 frames is examined, with two people each; the first eight frames of the
-// late view are empty, and two of them are examined.
+// the 120 frames is examined, 30 in all, with two people each. The first eight
+// frames of the late view are empty; two of them are among the examined frames.
 TEST(ClockSearchOfExactPeople, MovedCoversThePairsWithDifferentLags) {
   const CameraRig cameras = testing::RingOfCameras(4);
   const ClockSearch search =

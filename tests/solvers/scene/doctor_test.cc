@@ -54,7 +54,7 @@ void ExpectNoneBut(const Diagnosis& diagnosis, const std::string& camera) {
   }
 }
 
-TEST(Doctor, ReportsNothingForSoundScenes) {
+TEST(Doctor, ReportsNothingForFaultlessScenes) {
   const Diagnosis diagnosis = DiagnoseScene(MakeFaultyScene({11}));
   EXPECT_TRUE(diagnosis.sound()) << DiagnosisWords(diagnosis);
   EXPECT_EQ(FindKind(diagnosis, "clock_offset"), nullptr);
@@ -82,8 +82,8 @@ TEST(Doctor, PersistentOffsetsAreNotCameraFaults) {
   }
 }
 
-// A rotation that displaces everyone exceeds such offsets; so does a shifted
-// image.
+// A rotated camera or a shifted image displaces all joints by more than a
+// detector's persistent offsets do.
 TEST(Doctor, OnlyTheWrongCameraIsReported) {
   FaultyScene turned = MakeFaultyScene({46});
   testing::AddLastingOffsets(46, 1.0, &turned);
@@ -186,7 +186,7 @@ INSTANTIATE_TEST_SUITE_P(Pixels, Standers, ::testing::Values(2.0, 6.0));
 
 TEST(Doctor, RotatedCamerasAreNotReportedAsClocks) {
   for (const uint64_t seed : {51, 54}) {
-    if (testing::kSanitized && seed == 54) continue;  // a quarter of an hour
+    if (testing::kSanitized && seed == 54) continue;  // takes 15 min
     FaultyScene scene = MakeFaultyScene({seed, 5, 2});
     for (size_t v = 0; v < scene.cameras.size(); ++v) {
       scene.cameras[v] = testing::Turned(scene.cameras[v], 1.5, 10 * seed + v);
@@ -199,10 +199,10 @@ TEST(Doctor, RotatedCamerasAreNotReportedAsClocks) {
   }
 }
 
-// With two people who turn round, cameras that were all rotated used to be
-// reported as a clock that jumps by half a second, and as three late clocks.
+// With two people who turn round, a rotation of all cameras used to be reported
+// as a clock that jumps by half a second and as three late clocks.
 TEST(Doctor, RotatedCamerasWithTwoPeopleAreNotReportedAsClocks) {
-  if (testing::kSanitized) GTEST_SKIP() << "a quarter of an hour";
+  if (testing::kSanitized) GTEST_SKIP() << "takes a quarter of an hour";
   for (const uint64_t seed : {93044, 307044}) {
     Random random(seed);
     FaultySceneOptions options = {random.Fork() % 1000000, 5, 2, 6.0};
@@ -383,7 +383,7 @@ TEST(Doctor, CameraMovedBeforeCalibrationIsReported) {
 TEST(Doctor, LongFrameIntervalsAreReported) {
   FaultyScene scene = MakeFaultyScene({1, 5, 4, 2.0});
   for (DetectionFrame& frame : scene.detections.frames) {
-    frame.time *= 1875;  // 25 Hz become a frame in 75 s
+    frame.time *= 1875;  // 25 Hz become one frame per 75 s
     for (ViewDetections& view : frame.views) view.capture_time = frame.time;
   }
   scene.detections.header.frame_rate_hz = 1.0 / 75.0;

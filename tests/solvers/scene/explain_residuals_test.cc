@@ -23,7 +23,7 @@ WalkersRoom NoisyRoom() {
   return room;
 }
 
-// A camera changed in one of its parameters, or several.
+// A room in which one camera has the given change.
 WalkersRoom WithChange(size_t view, const CameraChange& change) {
   WalkersRoom room = NoisyRoom();
   room.cameras[view] = ChangedCamera(room.cameras[view], change);
@@ -119,8 +119,8 @@ TEST(Residuals, ChangesWithinStatedUncertaintyAreInsignificant) {
   }
 }
 
-// A change no larger than a detector's bias, from which a person in one place
-// cannot distinguish it.
+// If people stay in one place, a change no larger than a detector's bias cannot
+// be distinguished from it.
 TEST(Residuals, ChangeAsLargeAsDetectorBiasIsInsignificant) {
   WalkersRoom room(120);
   room.input.detections = testing::SeenBy(room.cameras, 120, [](int) {

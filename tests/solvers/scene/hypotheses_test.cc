@@ -143,9 +143,9 @@ TEST(Hypotheses, ViewsWithoutACommonFrameAreAligned) {
 
 // ---- One calibration twice ----
 
-// One view has the camera of another view, with which its detections agree less
-// well.
-TEST(Hypotheses, DuplicateCalibrationIsReportedForTheLessAgreeingView) {
+// Two views have the same calibration. It is wrong for the view that agrees
+// less with the other views.
+TEST(Hypotheses, DuplicateCalibrationIsReportedForTheViewThatFitsItWorse) {
   DoctorInput input = MoversOf(testing::RingOfCameras(4));
   EXPECT_THAT(AnswerFor("one calibration twice", input).findings, IsEmpty());
   for (const auto& [right, wrong] :
@@ -241,8 +241,8 @@ TEST(Hypotheses, HipsFasterThanASprinterAreReported) {
 TEST(Hypotheses, ViewsWithHardlyAnyMatchesAreExcluded) {
   const DoctorInput input = MoversOf(testing::RingOfCameras(3));
   const DoctorOptions options;
-  kinegraph::SetUp set_up(input,
-                          options);  // hidden by the test's own SetUp()
+  // Qualified, because testing::Test::SetUp() hides the name.
+  kinegraph::SetUp set_up(input, options);
   set_up.segments.matched = {90, 21, 19};
   set_up.segments.matchable = {100, 100, 100};
   const Answer answer = AnswerOf("views of strangers", set_up);
@@ -254,9 +254,9 @@ TEST(Hypotheses, ViewsWithHardlyAnyMatchesAreExcluded) {
               StartsWith("its detections are matched in 19 of 100 cases"));
 }
 
-// ---- Words and helpers ----
+// ---- Helpers ----
 
-TEST(Hypotheses, EqualFindingsShareTheConfidence) {
+TEST(Hypotheses, SharedDividesConfidenceAndAnswerWithHoldsOneFinding) {
   EXPECT_DOUBLE_EQ(Shared(1.0, 1), 0.95);
   EXPECT_DOUBLE_EQ(Shared(0.9, 2), 0.45);
   const Answer said = AnswerWith({"unit", "cam1", 0.5, 1.0, 2.0, "a", "b"});

@@ -153,7 +153,7 @@ TEST(Readings, RotatedAndMirroredImagesAreIdentified) {
     for (const Eigen::Vector3d& point :
          {Eigen::Vector3d(0.5, 0.3, 1.0), Eigen::Vector3d(-1.0, 0.8, 0.2)}) {
       const Eigen::Vector2d px = *camera.Project(point);
-      // Exact but for rounding.
+      // Exact except for rounding.
       EXPECT_LT((*(*answer->cameras)[2].Project(point) - turned(px)).norm(),
                 1e-9)
           << words;

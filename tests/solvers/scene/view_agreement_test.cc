@@ -25,9 +25,9 @@ using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// Gains of order 1 are computed from sums of a few dozen products of pixels,
-// about 1e3, with a rounding error of 1e-12; the tolerance is a hundred times
-// that.
+// Gains of order 1 are computed from sums of a few dozen products of pixel
+// coordinates, about 1e3, with a rounding error of 1e-12; the tolerance is a
+// hundred times that.
 constexpr double kRoundingOfGains = 1e-10;
 
 // The second camera is 1 m to the right of the first.
@@ -301,7 +301,7 @@ TEST(AgreementOfAll, InvariantToWorldFrameAndOrderOfPeopleAndViews) {
   const PairAgreement after =
       AgreementOfAll(cameras, IdealPeople(seen, cameras), kTenFrames);
   EXPECT_EQ(after.possible, before.possible);
-  // 60 people, of 500 px at most.
+  // 60 comparisons of people whose size is at most 500 px.
   EXPECT_NEAR(after.gain, before.gain, 60.0 * kRoundingOfGains);
   EXPECT_NEAR(after.distance_px, before.distance_px,
               60.0 * 500.0 * kRoundingOfGains);
@@ -328,7 +328,7 @@ TEST(ComparisonsOfAll, IsTheSumOfProductsOfPeopleCounts) {
   EXPECT_EQ(ComparisonsOfAll(views, {}), 0.0);
 }
 
-// ---- Which people and frames ----
+// ---- Selection of people and frames ----
 
 TEST(PeopleOfViews, RequiresSixConfidentJoints) {
   const CameraRig cameras = testing::RingOfCameras(1);
@@ -338,11 +338,11 @@ TEST(PeopleOfViews, RequiresSixConfidentJoints) {
   DetectionSequence seen = testing::SeenBy(cameras, 1, person);
   auto& detections = seen.frames[0].views[0].detections;
   for (size_t j = 6; j < 17; ++j) {
-    // Six joints of the first and five of the second are sufficiently
-    // confident.
+    // Six joints of the first person and five of the second are found with
+    // sufficient confidence.
     detections[0].joints[j].confidence = 0.29;
     detections[1].joints[j].found = false;
-    // All joints of the third lie at one point.
+    // All joints of the third person lie at one point.
     detections[2].joints[j].px = detections[2].joints[0].px;
   }
   detections[1].joints[5].found = false;
@@ -489,8 +489,8 @@ TEST(PlacePeople, RecoversExactJoints) {
           !(person.frame == 1 && person.view_b == 2 && who == 0 && j == 9);
       ASSERT_EQ(person.joints[j].has_value(), seen_by_both) << j;
       if (!seen_by_both) continue;
-      // Pixels of about 1000 are rounded to 1e-13; rays are 5 m long and meet
-      // at 60 degrees.
+      // Pixel coordinates of about 1000 are rounded to 1e-13; rays are 5 m long
+      // and meet at 60 degrees.
       EXPECT_LT((*person.joints[j] - truth[who][j].position_m).norm(), 1e-9);
     }
   }

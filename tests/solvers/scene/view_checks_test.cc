@@ -109,9 +109,9 @@ TEST(ViewChecks, ViewsWithoutACommonFrameAreReported) {
   EXPECT_EQ(diagnosis.findings[1].camera, scene.cameras[3].name());
 }
 
-// All images have y counted from the bottom, and the cameras fit them, so that
-// all views agree in a mirror image of the world. If left and right were
-// exchanged instead, people would be upright in the images.
+// In all images y counts from the bottom, and the cameras are calibrated
+// accordingly, so all views agree in a mirror image of the world. If left and
+// right were exchanged instead, people would be upright in the images.
 TEST(ViewChecks, MirrorImageOfTheRoomIsReported) {
   FaultyScene scene = FourViews(3);
   const Eigen::DiagonalMatrix<double, 3> flip(1.0, -1.0, 1.0);
@@ -174,7 +174,7 @@ TEST(ViewChecks, ScaledVideoOfTwoViewsIsReported) {
   ExpectOnly(DiagnoseScene(scene), "image_size", scene.cameras[1].name());
 }
 
-// A shift by 60 of 1,920 pixels may be due to cropping or to a rotated camera,
+// A shift by 60 of 1,280 pixels may be due to cropping or to a rotated camera,
 // so it is reported as a shift, not as a clock error. A smaller shift is not
 // reported as a clock error either, although a person walking in one direction
 // appears late.
@@ -198,7 +198,7 @@ TEST(ViewChecks, CroppedVideoIsReported) {
                         [&](Keypoint* joint) { joint->px -= offset_px; });
   const Diagnosis diagnosis = DiagnoseScene(scene);
   ExpectOnly(diagnosis, "crop", scene.cameras[3].name());
-  // The tolerance is the standard deviation of joints, 2 px.
+  // The tolerance is the standard deviation of the pixel noise, 2 px.
   const Eigen::Matrix3d moved = scene.cameras[3].K() - diagnosis.cameras[3].K();
   EXPECT_NEAR(moved(0, 2), offset_px.x(), 2.0);
   EXPECT_NEAR(moved(1, 2), offset_px.y(), 2.0);

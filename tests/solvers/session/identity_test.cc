@@ -142,7 +142,7 @@ TEST(SessionIdentity, IndependentFramesAreTrackedSeparately) {
     const TrackSequence tracks = Track(recording, options);
     // Exact detections by four cameras: every person is found exactly once.
     EXPECT_EQ(PoseCount(tracks), PoseCount(recording.truth));
-    EXPECT_EQ(IdsOf(tracks).size(), PoseCount(tracks)) << "nobody lives on";
+    EXPECT_EQ(IdsOf(tracks).size(), PoseCount(tracks)) << "a track continued";
   }
 }
 

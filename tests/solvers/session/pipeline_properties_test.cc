@@ -41,7 +41,7 @@ Eigen::Vector3d Stays(const Eigen::Vector3d& point) { return point; }
 // person in all frames.
 std::string Difference(const TrackSequence& a, const TrackSequence& b,
                        const MovePoint& move) {
-  // Half of the distance at which two people can stand.
+  // Much less than the minimum distance of two people in the scene, 0.55 m.
   constexpr double kSamePlaceMetres = 0.15;
   std::map<TrackId, TrackId> partner;
   std::map<TrackId, TrackId> back;

@@ -1,5 +1,5 @@
-// Tests a run's report: no warnings for sound recordings, and the cause for
-// wrong set-ups.
+// Tests a run's report: faultless recordings give no warnings, and wrong
+// set-ups are reported with their cause.
 #include "solvers/session/recording_report.h"
 
 #include <gmock/gmock.h>
@@ -28,8 +28,8 @@ using testing::Recording;
 
 // Two people in view of four cameras for three seconds, with a detector's
 // errors.
-Recording SoundRecording(const Skeleton& skeleton = Coco17(),
-                         double missing_rate = 0.03) {
+Recording FaultlessRecording(const Skeleton& skeleton = Coco17(),
+                             double missing_rate = 0.03) {
   SceneOptions options = testing::Staying(5, 2, 4, 3.0);
   options.cameras.focal_px = 1000.0;
   NoiseOptions noise;
@@ -54,11 +54,11 @@ std::string TextOf(const RecordingReport& report) {
   return text;
 }
 
-TEST(RecordingReport, SoundRecordingsHaveStatisticsAndNoWarnings) {
+TEST(RecordingReport, FaultlessRecordingsHaveStatisticsAndNoWarnings) {
   for (const Skeleton* skeleton :
        {&Coco17(), &Body25(), &Body25B(), &Halpe26(), &MediaPipe33()}) {
     SCOPED_TRACE(skeleton->name());
-    const RecordingReport report = ReportOf(SoundRecording(*skeleton));
+    const RecordingReport report = ReportOf(FaultlessRecording(*skeleton));
     EXPECT_THAT(report.warnings, IsEmpty()) << TextOf(report);
     EXPECT_EQ(report.people.size(), 2u);
     EXPECT_EQ(report.most_people_in_a_view, 2);
@@ -83,7 +83,7 @@ TEST(RecordingReport, SoundRecordingsHaveStatisticsAndNoWarnings) {
 
 // A skeleton of two points is reported like one of 17 joints.
 TEST(RecordingReport, SkeletonsWithTwoPointsAreCounted) {
-  Recording recording = SoundRecording();
+  Recording recording = FaultlessRecording();
   recording.detections.header.skeleton = Skeleton("box", {"top", "bottom"}, {});
   for (DetectionFrame& frame : recording.frames()) {
     for (ViewDetections& view : frame.views) {
@@ -124,7 +124,7 @@ void Drop(Recording* recording, int64_t from, int64_t to) {
 }
 
 TEST(RecordingReport, GapsInTheRecordingAreReported) {
-  Recording recording = SoundRecording();
+  Recording recording = FaultlessRecording();
   Drop(&recording, 20,
        29);  // 0.36 s without a frame, shorter than kHole
   EXPECT_THAT(KindsOf(ReportOf(recording).warnings), IsEmpty());
@@ -136,7 +136,7 @@ TEST(RecordingReport, GapsInTheRecordingAreReported) {
 }
 
 TEST(RecordingReport, UnrelatedFramesAreReportedUnlessConfigured) {
-  Recording recording = SoundRecording();
+  Recording recording = FaultlessRecording();
   for (DetectionFrame& frame : recording.detections.frames) {
     const TimeNs shift = frame.frame * FromSeconds(60.0);
     frame.time += shift;
@@ -269,7 +269,7 @@ class WrongSetUps : public ::testing::TestWithParam<WrongSetUp> {};
 
 TEST_P(WrongSetUps, ReportTheCauseInAWarning) {
   Recording recording =
-      SoundRecording(GetParam().name == "skeleton" ? Body25B() : Coco17());
+      FaultlessRecording(GetParam().name == "skeleton" ? Body25B() : Coco17());
   GetParam().spoil(&recording);
   const RecordingReport report = ReportOf(recording);
   EXPECT_THAT(KindsOf(report.warnings),
@@ -286,7 +286,7 @@ INSTANTIATE_TEST_SUITE_P(RecordingReport, WrongSetUps,
 // in both: 6 of 17 on average, although a new track requires 10. Tracks then
 // start late, if at all.
 TEST(RecordingReport, TooFewJointsForNewTracksAreReported) {
-  const RecordingReport report = ReportOf(SoundRecording(Coco17(), 0.4));
+  const RecordingReport report = ReportOf(FaultlessRecording(Coco17(), 0.4));
   EXPECT_THAT(KindsOf(report.warnings), ::testing::Contains("joints"));
   EXPECT_THAT(TextOf(report), HasSubstr("initialisation.min_common_joints"));
 }
@@ -357,7 +357,7 @@ TEST(RecordingReport, TypicalHeightIsWeightedByFrames) {
 }
 
 TEST(UsedFrames, RereadAndFedFramesAreEqual) {
-  const Recording recording = SoundRecording();
+  const Recording recording = FaultlessRecording();
   const RunScene scene = PrepareScene(testing::GraphMode(), recording.request,
                                       recording.detections.header);
   UsedFrames fed(scene, nullptr);

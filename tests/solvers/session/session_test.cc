@@ -178,7 +178,7 @@ TEST(SessionClock, PartBeforeAPauseIsIndependentOfTheRest) {
        {1.0, 60.0, 3600.0, kYear_s, -0.041, -5.0, -1e6, -0.04}) {
     TrackSequence tracks =
         Track(WithPause(recording, 40, pause_s), GraphMode());
-    EXPECT_EQ(IdsOf(tracks).size(), 4u) << pause_s << " s: nobody lives on";
+    EXPECT_EQ(IdsOf(tracks).size(), 4u) << pause_s << " s: a track continued";
     tracks.frames.resize(40);
     EXPECT_EQ(NumbersOf(tracks), expected) << pause_s << " s";
   }
@@ -202,7 +202,7 @@ struct Pattern {
 class Looks : public ::testing::TestWithParam<Pattern> {};
 
 // Frames without detections in any view, at regular intervals, do not change
-// the people of the same recording without these frames.
+// the result compared with a recording without these frames.
 TEST_P(Looks, EmptyFramesDoNotChangePeople) {
   const auto [rate_hz, on, off] = GetParam();
   for (const bool backfill : {false, true}) {
@@ -240,7 +240,7 @@ class Frames : public ::testing::Test {
   const Recording recording_ = TakeAt(25.0, 1.0);
 };
 
-TEST_F(Frames, MismatchingTheHeaderAreRejectedAndSkipped) {
+TEST_F(Frames, AreRejectedAndSkippedIfInvalid) {
   const double nan = std::nan("");
   std::vector<DetectionFrame> wrong(7, At(5));
   wrong[0].views.pop_back();

@@ -152,7 +152,7 @@ TEST_P(AnyScale, RefinedCamerasAndFloorScale) {
   ASSERT_TRUE(larger.ground.has_value());
   ASSERT_TRUE(world.refinement->any_taken());
   ASSERT_TRUE(larger.refinement->any_taken());
-  // The standard deviation of a camera position is some millimetres.
+  // The standard deviation of a camera position is a few millimetres.
   constexpr double kTolerance_m = 5e-3;
   EXPECT_NEAR(larger.ground->spread_m / GetParam(), world.ground->spread_m,
               kTolerance_m);
@@ -232,7 +232,7 @@ TEST(SubjectScale, IsOneForPeopleOfAnyStature) {
   }
 }
 
-TEST(SubjectScale, StatedSizeIsNotMeasured) {
+TEST(SubjectScale, ConfiguredSizeIsNotMeasured) {
   const Recording recording = AnimalRecording();
   EXPECT_DOUBLE_EQ(Measured(recording, 1.0, "cameras.subject_m=0.34").metres(),
                    0.2);

@@ -74,8 +74,8 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
           EXPECT_EQ(window->Last()[j].status, joint.status);
           if (!joint.present()) continue;
           // Cameras at 1e8 m project without a relevant rounding error; the
-          // system has a condition number of 1e7, so its error is 1e-16 * 1e7;
-          // ten times that.
+          // system has a condition number of 1e7, so its error is 1e-16 * 1e7.
+          // The tolerance is ten times that.
           EXPECT_LT(Apart(window->Last()[j], joint), 1e-8);
         }
       }
@@ -173,7 +173,7 @@ TEST(WindowEstimator, JointsNeverSeenAreMissing) {
     for (size_t c = 0; c < 5; ++c) {
       recording.keypoints[k][c][0].found = false;              // never
       if (c > 0) recording.keypoints[k][c][1].found = false;   // one view only
-      if (k < 30) recording.keypoints[k][c][2].found = false;  // late
+      if (k < 30) recording.keypoints[k][c][2].found = false;  // at first
     }
     recording.frames[k].initial[0].status = JointStatus::kMissing;
     recording.frames[k].initial[1].status = JointStatus::kMissing;

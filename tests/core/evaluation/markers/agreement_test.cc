@@ -28,9 +28,9 @@ PairedMotion Paired(const std::vector<Pose3d>& truth,
 }
 
 TEST(Agreement, BiasAndLimitsMatchHandComputedValues) {
-  // Off by 10 and 30 mm to the right, 4 mm forward: bias 20 and 4, standard
-  // deviations 10 and 0, limits 19.6 and 0. Each half has the offset of the
-  // other subtracted: 20 mm remain in both.
+  // Errors of 10 and 30 mm to the right and 4 mm forward: bias 20 and 4,
+  // standard deviations 10 and 0, limits 19.6 and 0. Each half has the offset
+  // of the other subtracted: 20 mm remain in both.
   const Pose3d truth = StandingTum14();
   const MotionAgreement found = CompareMotion(
       Paired({truth, truth},
@@ -68,7 +68,8 @@ TEST(Agreement, CalibrationMatchesHandComputedValues) {
   const Matrix3d covariance = 1e-6 * Matrix3d::Identity();  // 1 mm
   Calibration calibration;
   calibration.Add(Vector3d::Zero(), covariance);
-  // All ellipsoids contain it: the error is the mean of 1 - level.
+  // All ellipsoids contain an error of zero, so the calibration error is the
+  // mean of 1 - level.
   EXPECT_NEAR(calibration.ExpectedCalibrationError(), 0.5, 1e-12);
   // -log of the density at the middle, in mm: 1.5 log(2 pi).
   EXPECT_NEAR(calibration.LogScore(), 2.756816, 1e-6);
@@ -82,8 +83,8 @@ TEST(Agreement, CalibrationMatchesHandComputedValues) {
       EXPECT_EQ(at.Covered(level), off < 0.0 ? 1.0 : 0.0);
     }
   }
-  // A second error that no ellipsoid contains: half at each level; the mean of
-  // |0.5 - level| over 0.05 .. 0.95 is 4.5 / 19.
+  // No ellipsoid contains a second error, so the coverage is a half at each
+  // level. The mean of |0.5 - level| over 0.05 .. 0.95 is 4.5 / 19.
   calibration.Add(Vector3d(1.0, 0.0, 0.0), covariance);
   EXPECT_EQ(calibration.Covered(0.50), 0.5);
   EXPECT_EQ(calibration.Covered(0.95), 0.5);
@@ -145,8 +146,8 @@ TEST(Agreement, ProcrustesMatchesHandComputedValues) {
 
 TEST(Agreement, ValuesAndIntervalsMatchHandComputedValues) {
   // Differences 1, 1, 3, 3: bias 2, standard deviation 1. The offset of the
-  // other half leaves -2, -2, 2, 2. Intervals of +- 2 hold the first two; after
-  // the offset all four.
+  // other half leaves -2, -2, 2, 2. Intervals of +- 2 contain the truth for the
+  // first two values, and after removal of the offset for all four.
   std::vector<PairedValue> values;
   for (const double difference : {1.0, 1.0, 3.0, 3.0}) {
     values.push_back(

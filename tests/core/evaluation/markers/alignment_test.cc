@@ -50,8 +50,8 @@ std::string ErrorOf(const TrackSequence& truth, const TrackSequence& tracks,
 
 double Same(double t) { return t; }
 
-// Two rates, a clock that runs 100 ppm fast and begins 137 ms late, and gaps in
-// a fifth of each joint.
+// Two frame rates, a clock with an offset of 137 ms and a drift of 100 ppm, and
+// gaps in a fifth of the frames of each joint.
 TEST(Alignment, FindsClockAndDriftAcrossRatesAndGaps) {
   TrackSequence truth = Recorded(200.0, 60.0, Same);
   TrackSequence tracks = Recorded(

@@ -82,7 +82,7 @@ TEST(GaitEvents, JumpEventsMatchForcePlates) {
   // Speeds are differences over two frames of 10 ms.
   EXPECT_NEAR(timed[0].found_minus_plate_s, 0.0, 0.010);
   EXPECT_NEAR(timed[1].found_minus_plate_s, 0.0, 0.010);
-  // A foot with a missing ankle is not the nearest.
+  // A foot with a missing ankle is not considered.
   TrackSequence gap = motion;
   const int ankle = motion.header.skeleton.IndexOf("l_ankle");
   for (TrackFrame& frame : gap.frames) {

@@ -33,7 +33,7 @@ TrackSequence OneFrame(const Markers& markers) {
   return Tracks({Frame(0, {Person(0, pose)})}, Skeleton("markers", labels, {}));
 }
 
-// In the first frame; NaN if missing.
+// The joint's position in the first frame; NaN if missing.
 Vector3d JointOf(const MarkerJoints& joints, const std::string& joint) {
   const int at = joints.tracks.header.skeleton.IndexOf(joint);
   EXPECT_GE(at, 0) << joint;
