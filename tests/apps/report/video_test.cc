@@ -188,7 +188,7 @@ TEST(ViewImages, ErrorsNameTheCause) {
   EXPECT_EQ(error_of(ImagesFlag()), "");
   EXPECT_THAT(error_of("one=" + Bars("mp4")),
               HasSubstr("has the frames 0..39, expected frame 100"));
-  EXPECT_THAT(error_of("one=" + Bars("mp4") + "@1x"), HasSubstr("behind @"));
+  EXPECT_THAT(error_of("one=" + Bars("mp4") + "@1x"), HasSubstr("after @"));
   EXPECT_THAT(error_of("one=none.mp4"), HasSubstr("expected a video"));
   EXPECT_THAT(error_of("one=a.avi"), HasSubstr("do not play"));
   EXPECT_THAT(error_of("one=a.jpg"), HasSubstr("or a video"));

@@ -539,9 +539,9 @@ TEST(BrokenFiles, MatFilesOfWrongShapes) {
   EXPECT_THAT(error("actor3D", TwoActors(MatNumbers(14, 2, 0))),
               HasSubstr("actor3D{1}{1}: expected 14 x 3"));
   EXPECT_THAT(error("actor3D", TwoActors(MatNumbers(14, 3, INFINITY))),
-              HasSubstr("actor3D{1}{1}: holds an infinite"));
+              HasSubstr("actor3D{1}{1}: contains an infinite"));
   EXPECT_THAT(error("actor3D", {MatNumbers(14, 3, 0)}),
-              HasSubstr("actor3D{1}: is no cell"));
+              HasSubstr("actor3D{1}: is not a cell"));
   EXPECT_THAT(
       error("actor3D",
             {MatCell(1, 1, {MatNumbers(14, 3, 0)}),

@@ -342,7 +342,7 @@ TEST(RecordedPeople, ErrorsNameInvalidClips) {
   expect("walk.jsonl: frame 8: joint 'l_wrist' is not finite", [](auto* t) {
     t->frames[8].people[0].joints[9].position_m.x() = NAN;
   });
-  expect("frame 1: its time is not after", [](auto* t) {
+  expect("frame 1: its time is not later", [](auto* t) {
     for (TrackFrame& frame : t->frames) frame.time = 0;
   });
   expect("has no joint 'nose'", [](auto* t) { t->header.skeleton = Tum14(); });

@@ -72,7 +72,7 @@ TEST_F(AdapterTest, MissingProgramIsNamedWithInstallCommand) {
   Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it", ""};
   none.hint = "apt-get install it";
   EXPECT_THAT(InputErrorOf([&] { OutputOf(none, path_); }),
-              HasSubstr("a.xyz: requires it, which cannot be started (No "
+              HasSubstr("a.xyz: requires it, which cannot be started (No such "
                         "file or directory): apt-get install it"));
 }
 

@@ -138,7 +138,7 @@ TEST(FreeMoCap, ErrorsNameTheFault) {
                {{Npy("4, 4", sixteen), "has 2 dimensions, expected 4"},
                 {Npy("1, 1, 4, 4", sixteen), "[cameras, frames, points, 2]"},
                 {Npy("1, 1, 8, 2", sixteen), "points: found 8 joints"},
-                {Npy("1, 1, 9, 2", sixteen), "bytes"}},
+                {Npy("1, 1, 9, 2", sixteen), "is truncated"}},
                options);
 }
 
