@@ -239,6 +239,7 @@ class KinegraphTrackReader {
 
   TrackSequence Read(double frame_rate_hz) {
     lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
+    const bool had_rate = header_.frame_rate_hz > 0.0;
     if (frame_rate_hz > 0.0) header_.frame_rate_hz = frame_rate_hz;
     TrackSequence sequence;
     TrackFrame frame;
@@ -246,6 +247,15 @@ class KinegraphTrackReader {
         [&](const JsonObject& object) { ReadFrame(object, &frame); })) {
       sequence.frames.push_back(std::move(frame));
       frame = TrackFrame();
+    }
+    // TrackWriter writes unknown times as 0.
+    const bool has_times =
+        std::any_of(sequence.frames.begin(), sequence.frames.end(),
+                    [](const TrackFrame& one) { return one.time != 0; });
+    if (!had_rate && !has_times) {
+      for (TrackFrame& one : sequence.frames) {
+        one.time = TimeOfFrame(one.frame, header_.frame_rate_hz);
+      }
     }
     sequence.header = std::move(header_);  // view names may have been added
     return sequence;

@@ -128,6 +128,25 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- Peculiarities of individual formats
 
+// kinegraph's own files state the time 0 if times are unknown.
+TEST(TracksKinegraph, TimesFollowARateGivenLater) {
+  const TrackSequence timed = RandomTracks(Coco17());
+  TrackSequence tracks = timed;
+  tracks.header.frame_rate_hz = 0.0;
+  for (TrackFrame& frame : tracks.frames) frame.time = 0;
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "tracks.jsonl";
+  WriteAs("kinegraph", path, tracks);
+  TrackReadOptions options;
+  options.frame_rate_hz = 25.0;
+  const TrackSequence again = ReadTracks(path, options);
+  ASSERT_EQ(again.frames.size(), timed.frames.size());
+  for (size_t f = 0; f < timed.frames.size(); ++f) {
+    EXPECT_EQ(again.frames[f].time, timed.frames[f].time);
+  }
+  EXPECT_EQ(ReadTracks(path).frames.back().time, 0);
+}
+
 // Pose2Sim's own files, in which Y is up; it becomes the world's z.
 TEST(TracksTrc, Pose2SimFilesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(peers, "pose2sim/peer_result");
