@@ -205,7 +205,7 @@ TEST(Config, SuggestsTheNearestKey) {
   EXPECT_THAT(ErrorOf("", "titel=x"), HasSubstr("did you mean 'title'?"));
 }
 
-TEST(ConfigFile, DottedKeysInQuotesAreRefused) {
+TEST(Config, DottedKeysInQuotesAreRefused) {
   EXPECT_EQ(ErrorOf("title = \"a\"\n\"association.alpha_2d\" = 70\n"),
             "sample.toml:2: key 'association.alpha_2d': is in quotes, expected "
             "it without");
