@@ -245,7 +245,14 @@ std::shared_ptr<const Lens> Turned(const std::shared_ptr<const Lens>& lens,
 
 std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters) {
-  if (model == "pinhole") return nullptr;
+  const bool all_zero = std::all_of(parameters.begin(), parameters.end(),
+                                    [](double k) { return k == 0.0; });
+  if (model == "pinhole") {
+    if (all_zero) return nullptr;
+    throw OptionError("distortion",
+                      "found coefficients of a pinhole, expected none, or the "
+                      "model opencv5 or opencv_fisheye");
+  }
   const size_t count = parameters.size();
   if (model == kFisheyeModel) {
     std::array<double, 4> coefficients{};
@@ -271,8 +278,6 @@ std::shared_ptr<const Lens> MakeLens(const std::string& model,
   std::array<double, 5> coefficients{};
   std::copy(parameters.begin(), parameters.end(), coefficients.begin());
   auto lens = std::make_shared<OpenCv5Lens>(coefficients);
-  const bool all_zero = std::all_of(coefficients.begin(), coefficients.end(),
-                                    [](double k) { return k == 0.0; });
   if (all_zero) return nullptr;
   return lens;
 }

@@ -85,10 +85,10 @@ class FisheyeLens final : public Lens {
   double max_angle_ = 0.0;  // [rad] off the axis
 };
 
-// nullptr (an ideal pinhole) for "pinhole", or for "opencv5" with only zeros; a
+// nullptr (an ideal pinhole) for "pinhole" and "opencv5" with only zeros; a
 // fisheye lens of zeros is no pinhole. Throws OptionError for an unknown model
-// or a wrong number of parameters: "opencv5" takes 0, 2, 4 or 5,
-// "opencv_fisheye" up to 4.
+// or wrong parameters: "pinhole" takes only zeros, "opencv5" 0, 2, 4 or 5
+// numbers, "opencv_fisheye" up to 4.
 std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters);
 

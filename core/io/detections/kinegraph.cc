@@ -75,9 +75,9 @@ class KinegraphSource : public DetectionSource {
         {"views", Presence::kRequired, &Self::AcceptViewNames},
         {"frames", Presence::kOptional, &Self::AcceptFrameCount}};
     ReadKeys(object, kKeys, this, &header_);
-    if (options_.frame_rate_hz > 0.0) {
-      header_.frame_rate_hz = options_.frame_rate_hz;
-    }
+    header_.frame_rate_hz =
+        ChooseFrameRate(options_.frame_rate_hz, header_.frame_rate_hz,
+                        options_.refuse_other_rate);
     if (options_.skeleton) OverrideSkeleton();
   }
 
@@ -171,10 +171,13 @@ class KinegraphSource : public DetectionSource {
   void SetTimes(DetectionFrame* frame) {
     if (!has_time_) {
       frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
-    } else if (!options_.any_clock && last_time_.has_value() &&
-               frame->time <= *last_time_) {
+    }
+    had_time_ = had_time_ || has_time_;
+    if (had_time_ && !options_.any_clock && last_time_.has_value() &&
+        frame->time <= *last_time_) {
       throw InputError("time: found " + std::to_string(ToSeconds(frame->time)) +
-                       " after " + std::to_string(ToSeconds(*last_time_)) +
+                       (has_time_ ? "" : " (frame / frame_rate)") + " after " +
+                       std::to_string(ToSeconds(*last_time_)) +
                        ", expected times to ascend");
     }
     last_time_ = frame->time;
@@ -232,6 +235,7 @@ class KinegraphSource : public DetectionSource {
   int64_t stated_frames_ = -1;
   BadFrames bad_;
   std::optional<TimeNs> last_time_;
+  bool had_time_ = false;                    // of any frame
   bool has_time_ = false;                    // of the current frame
   std::optional<JsonObject> capture_times_;  // likewise
   std::string_view capture_key_;
@@ -287,11 +291,34 @@ class DetectionWriter::Impl {
                              std::to_string(frame.frame) +
                              " do not fit the file that is being written");
     }
+    const bool is_first = last_frame_ < 0;
     last_frame_ = frame.frame;
+    has_clock_ = has_clock_ || frame.time != 0;
+    // Whether 0 is the time of the first frame follows from the second.
+    if (is_first && !has_clock_) {
+      waiting_ = frame;
+      return;
+    }
+    WriteWaiting();
+    WriteLine(frame);
+  }
+
+  void Commit() {
+    WriteWaiting();
+    file_.Commit();
+  }
+
+ private:
+  void WriteWaiting() {
+    if (waiting_.has_value()) WriteLine(*waiting_);
+    waiting_.reset();
+  }
+
+  void WriteLine(const DetectionFrame& frame) {
     out_.Add("{\"frame\": ", frame.frame);
     // Without a frame rate all times are 0. They are omitted, so that a reader
     // that is given the rate can compute them.
-    if (has_clock_ || frame.time != 0) {
+    if (has_clock_) {
       out_.Text(", \"time\": ");
       out_.Seconds(frame.time);
     }
@@ -307,9 +334,6 @@ class DetectionWriter::Impl {
     out_.FlushTo(&file_);
   }
 
-  void Commit() { file_.Commit(); }
-
- private:
   void WriteHeader(const DetectionHeader& header) {
     out_.Add("{\"kinegraph_detections\": 1, \"skeleton\": ",
              SkeletonJson(header.skeleton), ", \"frame_rate\": ");
@@ -361,7 +385,8 @@ class DetectionWriter::Impl {
 
   AtomicFile file_;
   const size_t joint_count_;
-  const bool has_clock_;
+  bool has_clock_;
+  std::optional<DetectionFrame> waiting_;
   std::vector<std::string> views_;  // quoted
   int64_t last_frame_ = -1;
   JsonOutput out_;

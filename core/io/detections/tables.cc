@@ -1,6 +1,9 @@
 // Tables with one column per coordinate: DeepLabCut's predictions and
 // MediaPipe's landmarks.
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -53,6 +56,17 @@ std::vector<Keypoint> ReadKeypointRow(
                                   confidence, zero_confidence));
   }
   return joints;
+}
+
+// The frame in a cell: a number, or the name of an image.
+int64_t FrameOfCell(const std::string& cell) {
+  const auto number = ParseNumber<double>(WithoutPlus(Trimmed(cell)));
+  if (!number.has_value()) return FrameOfName(cell);
+  if (!(*number >= 0.0) || *number != std::floor(*number)) {
+    throw InputError("frame: found '" + Printable(cell) +
+                     "', expected a whole number from 0");
+  }
+  return FrameOfName(fmt::format("{:.0f}", *number));  // refuses times
 }
 
 }  // namespace
@@ -272,7 +286,7 @@ void ReadDeepLabCutView(const std::string& path, size_t view_idx,
         const DeepLabCutColumns& columns = header.columns;
         recording->SettleSkeleton(columns.labels);
         for (Texts cells; rows.Next(&cells, header.width);) {
-          const int64_t frame = FrameOfName(cells[header.first - 1]);
+          const int64_t frame = FrameOfCell(cells[header.first - 1]);
           recording->Touch(frame);
           for (size_t p = 0; p < columns.people.size(); ++p) {
             recording->AddPerson(
@@ -387,7 +401,7 @@ void ReadMediapipeFile(const std::string& path, size_t view_idx,
       },
       [&](const std::vector<std::string>& cells) {
         const int64_t frame =
-            FrameOfName(cells[static_cast<size_t>(columns.frame)]);
+            FrameOfCell(cells[static_cast<size_t>(columns.frame)]);
         std::vector<Keypoint> joints = ReadKeypointRow(
             cells, columns.joints, columns.labels, options.zero_confidence);
         collector->Touch(frame);

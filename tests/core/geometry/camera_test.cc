@@ -135,7 +135,9 @@ TEST(LensTest, RefusesUnknownModelsAndInvalidTerms) {
   EXPECT_THROW(MakeLens(kFisheyeModel, {std::nan("")}), OptionError);
   EXPECT_THROW(MakeLens("opencv5", {0.1, 0.2, 0.3}), OptionError);
   EXPECT_THROW(MakeLens("opencv5", {std::nan(""), 0.0}), OptionError);
+  EXPECT_THROW(MakeLens("pinhole", {0.1, 0, 0, 0, 0}), OptionError);
   EXPECT_EQ(MakeLens("pinhole", {}), nullptr);
+  EXPECT_EQ(MakeLens("pinhole", {0, 0, 0, 0, 0}), nullptr);
   EXPECT_EQ(MakeLens("opencv5", {0, 0, 0, 0, 0}), nullptr);
 }
 

@@ -209,6 +209,23 @@ TEST(DetectorFiles, MediaPipeTablesMustBeInPixels) {
                              "normalised by the image size, expected pixels"}});
 }
 
+TEST(DetectorFiles, FrameNumbersOfTablesAreWhole) {
+  const std::string table = "frame,left_hip_x,left_hip_y\n";
+  const std::string cells = ",100,200\n";
+  for (const auto& [cell, frame] :
+       {std::pair{"1e5", 100000}, {"12.0", 12}, {"img0012.png", 12}}) {
+    EXPECT_EQ(RecordingIn("cam1.csv", table + cell + cells).frames.at(0).frame,
+              frame);
+  }
+  const std::string deeplabcut = kDeepLabCut;
+  ExpectFaults(
+      "cam1.csv",
+      {{table + "-2" + cells, "line 2: frame: found '-2', expected a whole"},
+       {table + "2.5" + cells, "line 2: frame: found '2.5'"},
+       {table + "1.716223456789e12" + cells, "a time in milliseconds"},
+       {deeplabcut + "-1,1,1,1,1,1,1\n", "line 6: frame: found '-1'"}});
+}
+
 // The table as saved by Excel with decimal commas.
 std::string Semicolons(std::string text) {
   std::replace(text.begin(), text.end(), ',', ';');

@@ -220,6 +220,25 @@ TEST(ReadDetections, LongcwAnnotationHasTimes) {
             Eigen::Vector2d(153.0, 204.0));
 }
 
+TEST(ReadDetections, LongcwTimesDoNotDependOnTheOrderOfImages) {
+  const std::string a =
+      R"("a/1.jpg": {"camera": "a", "timestamp": 1.0, "poses": []})";
+  const std::string b =
+      R"("b/1.jpg": {"camera": "b", "timestamp": 1.012, "poses": []})";
+  DetectionReadOptions options;
+  options.format = "longcw";
+  const auto recording = [&](const std::string& images) {
+    return RecordingIn(
+        "annotation_2d.json",
+        R"({"image_wh": [640, 480], "frames": {)" + images + "}}", options);
+  };
+  const DetectionSequence read = recording(a + ", " + b);
+  ExpectSame(read, recording(b + ", " + a));
+  ASSERT_EQ(read.frames.size(), 1u);
+  EXPECT_EQ(read.frames[0].time, 1'000'000'000);
+  EXPECT_EQ(read.frames[0].views[1].capture_time, 1'012'000'000);
+}
+
 // Two views whose clocks differ, -0.0, tiny and huge numbers, a missing joint.
 DetectionSequence OddSequence() {
   DetectionSequence sequence;
@@ -254,6 +273,29 @@ TEST(DetectionWriter, KeepsEveryBit) {
   EXPECT_EQ(OpenDetections(path)->frame_count(), 2);
   EXPECT_TRUE(
       std::signbit(read.frames[0].views[1].detections[0].joints[0].px.x()));
+}
+
+// Without a frame rate, times that are all 0 are unknown.
+TEST(DetectionWriter, KeepsTheTimeOfAFirstFrameAtZero) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "times.jsonl";
+  DetectionReadOptions options;
+  options.frame_rate_hz = 25.0;
+  for (const bool has_times : {true, false}) {
+    DetectionSequence sequence = OddSequence();
+    for (size_t f = 0; f < 2; ++f) {
+      DetectionFrame& frame = sequence.frames[f];
+      frame.frame = 300 + static_cast<int64_t>(f);
+      frame.time = has_times ? static_cast<TimeNs>(f) * 40'000'000 : 0;
+      for (auto& view : frame.views) view.capture_time = frame.time;
+    }
+    WriteDetections(path, sequence);
+    const DetectionSequence read = ReadDetections(path, options);
+    ASSERT_EQ(read.frames.size(), 2u);
+    const TimeNs first = has_times ? 0 : 12'000'000'000;
+    EXPECT_EQ(read.frames[0].time, first);
+    EXPECT_EQ(read.frames[1].time, first + 40'000'000);
+  }
 }
 
 TEST(DetectionWriter, LeavesNothingWithoutCommit) {
@@ -502,6 +544,19 @@ TEST(ViewTimes, AreCaptureTimes) {
   EXPECT_THROW(
       RecordingIn("b.jsonl", frame + R"(, "capture_times": {"b": 12.013}})"),
       InputError);
+}
+
+// A frame without a time is at its number / frame rate.
+TEST(ViewTimes, FramesWithoutATimeMustFitTheOthers) {
+  const std::string first = R"({"frame": 1, "time": 100.0, "views": {}})";
+  const std::string error = testing::FaultOf(
+      "a.jsonl", OwnFile(first + "\n" + R"({"frame": 30, "views": {}})"));
+  EXPECT_THAT(error, ::testing::HasSubstr("line 3: time: found 1.2"));
+  EXPECT_EQ(RecordingIn("b.jsonl", OwnFile(R"({"frame": 0, "views": {}})"
+                                           "\n" +
+                                           first))
+                .frames.size(),
+            2u);
 }
 
 // Mirrored pixels are counted from the opposite side.
