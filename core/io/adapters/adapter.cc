@@ -1,6 +1,7 @@
 #include "core/io/adapters/adapter.h"
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -308,18 +309,20 @@ class AdapterRun::Impl {
   int silence_ms() const { return silence_ms_; }
 
   void Finish() {
-    ThrowItsFault();
+    ThrowItsFault(/*reader_stopped=*/false);
     if (program_->was_ended()) {
       throw InputError(path_, "", "its adapter (" + name_ + ") does not end");
     }
     NoteInputs(path_);
   }
 
-  void ThrowItsFault() {
+  void ThrowItsFault(bool reader_stopped) {
     // A program normally exits soon after its last output.
     constexpr int kEnd_ms = 2000;
     const ProcessEnd end = program_->Wait(kEnd_ms);
     if (program_->was_ended()) return;
+    // The pipe broke because the reader stopped, for the reason it throws.
+    if (reader_stopped && end.signal == SIGPIPE) return;
     const std::string fault = Fault(end, name_, hint_, LastLine(errors_.get()));
     if (!fault.empty()) Throw(path_, fault);
   }
@@ -341,7 +344,9 @@ AdapterRun::~AdapterRun() = default;
 int AdapterRun::TakeOutput() { return impl_->TakeOutput(); }
 int AdapterRun::silence_ms() const { return impl_->silence_ms(); }
 void AdapterRun::Finish() { impl_->Finish(); }
-void AdapterRun::ThrowItsFault() { impl_->ThrowItsFault(); }
+void AdapterRun::ThrowItsFault() {
+  impl_->ThrowItsFault(/*reader_stopped=*/true);
+}
 
 std::string OutputOf(const Adapter& adapter, const std::string& path) {
   AdapterRun run(adapter, path);

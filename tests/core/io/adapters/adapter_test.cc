@@ -68,6 +68,18 @@ TEST_F(AdapterTest, AdapterErrorPrecedesReaderError) {
   EXPECT_EQ(InputErrorOf([&] { run.Finish(); }), path_ + ": no good");
 }
 
+TEST_F(AdapterTest, ReaderErrorPrecedesBrokenPipe) {
+  ASSERT_NE(std::signal(SIGPIPE, SIG_DFL), SIG_ERR);
+  AdapterRun run(Shell("exec yes"), path_);
+  const std::string said = InputErrorOf([&] {
+    run.Guard([&]() -> int {
+      const Descriptor output(run.TakeOutput());
+      throw InputError("found 3 joints");
+    });
+  });
+  EXPECT_EQ(said, "found 3 joints");
+}
+
 TEST_F(AdapterTest, MissingProgramIsNamedWithInstallCommand) {
   Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it", ""};
   none.hint = "apt-get install it";
