@@ -124,9 +124,19 @@ std::string Fault(const ProcessEnd& end, const std::string& name,
   throw InputError(path, "", fault);
 }
 
+// Whether our adapters read such files in a folder. Others in a session, such
+// as older results, are no inputs.
+bool MayBeInput(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  for (const char* one : {".csv", ".h5", ".pickle", ".toml"}) {
+    if (extension == one) return true;
+  }
+  return false;
+}
+
 // Notes the input files, so that they are not overwritten and changes to them
-// are detected.
-void NoteInputs(const std::string& path) {
+// are detected. In a folder, a user's adapter may read any file.
+void NoteInputs(const std::string& path, bool is_own) {
   const auto note = [](const std::string& file) {
     const Descriptor opened(OpenToRead(file));
     if (opened.get() >= 0) InputFiles::Note(opened.get(), file);
@@ -139,7 +149,8 @@ void NoteInputs(const std::string& path) {
     if (error) throw InputError(path, "", "cannot be read: " + error.message());
     if (at.depth() == kDeepest) at.disable_recursion_pending();
     std::error_code none;
-    if (at->is_regular_file(none)) note(at->path().string());
+    if (!at->is_regular_file(none)) continue;
+    if (!is_own || MayBeInput(at->path())) note(at->path().string());
   }
 }
 
@@ -283,6 +294,7 @@ class AdapterRun::Impl {
       : path_(WithoutSlash(path)),
         name_(adapter.name),
         hint_(adapter.hint),
+        is_own_(adapter.command.front() != TheSettings().given),
         silence_ms_(silence_ms),
         errors_(std::tmpfile(), std::fclose) {
     if (errors_ == nullptr) {
@@ -290,7 +302,7 @@ class AdapterRun::Impl {
     }
     const auto status = StatusOf(path_);
     if (!status.has_value()) throw InputError(path_, "", "cannot be read");
-    NoteInputs(path_);
+    NoteInputs(path_, is_own_);
     if (silence_ms_ < 0) {
       constexpr int64_t kMost_s = 3600;
       silence_ms_ = kSilence_ms + 1000 * static_cast<int>(std::min(
@@ -313,7 +325,7 @@ class AdapterRun::Impl {
     if (program_->was_ended()) {
       throw InputError(path_, "", "its adapter (" + name_ + ") does not end");
     }
-    NoteInputs(path_);
+    NoteInputs(path_, is_own_);
   }
 
   void ThrowItsFault(bool reader_stopped) {
@@ -331,6 +343,7 @@ class AdapterRun::Impl {
   const std::string path_;
   const std::string name_;
   const std::string hint_;
+  const bool is_own_;
   int silence_ms_;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> errors_;
   Pipe pipe_;

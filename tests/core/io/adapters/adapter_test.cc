@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/io/detections/source.h"
+#include "core/io/files/input_files.h"
 #include "core/system/file.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
@@ -78,6 +79,18 @@ TEST_F(AdapterTest, ReaderErrorPrecedesBrokenPipe) {
     });
   });
   EXPECT_EQ(said, "found 3 joints");
+}
+
+TEST_F(AdapterTest, OtherFilesOfASessionAreNoInputs) {
+  const std::string input = folder_.Write("session/cam1/a.h5", "points");
+  const std::string result = folder_.Write("session/result.jsonl", "older");
+  InputFiles::Protect();
+  // The result grows meanwhile.
+  EXPECT_EQ(OutputOf(Shell("echo more >> \"$1/result.jsonl\"; echo read"),
+                     (folder_.path() / "session").string()),
+            "read\n");
+  EXPECT_TRUE(InputFiles::Has(input));
+  EXPECT_FALSE(InputFiles::Has(result));
 }
 
 TEST_F(AdapterTest, MissingProgramIsNamedWithInstallCommand) {
