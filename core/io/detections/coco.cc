@@ -238,7 +238,7 @@ bool RecogniseMmpose(const DetectionHead& head) {
 
 std::unique_ptr<DetectionSource> OpenMmpose(
     const std::string& path, const DetectionReadOptions& options) {
-  NamedPaths views = ListViewFolders(path);
+  NamedPaths views = ListDataFolders(path, ".json");
   if (views.empty()) views = ListViewFiles(path);
   return ReadViews(views, options, ReadMmposeView);
 }

@@ -41,6 +41,10 @@ NamedPaths ListViewFiles(const std::string& path,
 // The subfolders of a folder that are not hidden, in natural order (2 before
 // 10). Empty for a file.
 NamedPaths ListViewFolders(const std::string& path);
+// The same, but empty if only the folder itself contains files with this
+// extension; the subfolders may then contain images.
+NamedPaths ListDataFolders(const std::string& path,
+                           const std::string& extension);
 
 // A header from view names and options. `skeleton` is used if the options
 // specify none.

@@ -204,7 +204,7 @@ std::unique_ptr<DetectionSource> OpenDetectors(
     void (*read)(const std::string& file, size_t view_idx,
                  const DetectionReadOptions& options,
                  DeepLabCutRecording* recording)) {
-  NamedPaths detectors = ListViewFolders(path);
+  NamedPaths detectors = ListDataFolders(path, extension);
   if (detectors.empty()) detectors = {{"", path}};
   std::vector<NamedPaths> files;
   for (const auto& [name, folder] : detectors) {
