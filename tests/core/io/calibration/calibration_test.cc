@@ -410,5 +410,17 @@ TEST(Calibration, LongModelsWithZeroTermsHaveFiveCoefficients) {
   EXPECT_EQ(cameras[0].lens()->parameters()[0], 0.1);
 }
 
+TEST(Calibration, NumberedTermsMayBeOmitted) {
+  const auto lens_with = [](const std::string& terms) {
+    return LensOf(
+        CamerasOf("c.json", WithReplaced(kSmallKrt, "}}", terms + "}}"))[0]);
+  };
+  EXPECT_THAT(lens_with(R"(, "k1": -0.1)"), ElementsAre(-0.1, 0, 0, 0, 0));
+  EXPECT_THAT(lens_with(R"(, "k1": -0.1, "k2": 0.02, "p1": 0.003)"),
+              ElementsAre(-0.1, 0.02, 0.003, 0, 0));
+  EXPECT_THAT(lens_with(R"(, "fisheye": true, "k1": -0.1)"),
+              ElementsAre(-0.1, 0, 0, 0));
+}
+
 }  // namespace
 }  // namespace kinegraph
