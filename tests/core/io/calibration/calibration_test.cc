@@ -328,6 +328,7 @@ TEST(Calibration, OpencvCamerasAreNamedByFiles) {
       "rvec: [0, 0, 0]\ntvec: [0.5, 0, 2]\n";
   const std::string left = folder.Write("left.yml", text);
   folder.Write("right.yaml", text);
+  folder.Write("._left.yml", std::string("\0\5\x16\7", 4));  // of macOS
   EXPECT_THAT(NamesOf(ReadCameras(folder.path().string())),
               ElementsAre("left", "right"));
   EXPECT_THAT(NamesOf(ReadCameras(left)), ElementsAre("left"));
