@@ -205,6 +205,14 @@ bool DetectionCollector::Next(DetectionFrame* frame) {
   if (frames_.empty()) return false;
   *frame = std::move(frames_.begin()->second);
   frames_.erase(frames_.begin());
+  for (ViewDetections& view : frame->views) {
+    auto& all = view.detections;
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [](const Detection& detection) {
+                               return detection.joints.empty();
+                             }),
+              all.end());
+  }
   return true;
 }
 

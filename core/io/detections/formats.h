@@ -81,7 +81,8 @@ class DetectionCollector : public DetectionSource {
   void SettleSkeleton(const std::vector<std::string>& labels,
                       const std::vector<Bone>& bones = {},
                       const std::string& name = "");
-  // Adds a detection and sets its index_in_file.
+  // Adds a detection and sets its index_in_file. One that is left without
+  // joints, found or not, only counts for the indices of others.
   Detection* Add(int64_t frame, size_t view_idx);
   // Adds a detection with these joints, unless none was found.
   void AddFound(int64_t frame, size_t view_idx, std::vector<Keypoint> joints);

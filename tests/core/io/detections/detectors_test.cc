@@ -123,6 +123,30 @@ TEST(DetectorFiles, AlphaPoseFrameFromImageName) {
   EXPECT_EQ(recording.frames[0].frame, 31);
 }
 
+TEST(DetectorFiles, EmptyKeypointsKeepTheirIndex) {
+  const std::string numbers = Listed("100, 200, 0.5", "300, 400, 0.5", 17);
+  const std::string empty = R"("keypoints": []})";
+  const std::string coco = R"({"image_id": 3, )";
+  const std::string views = R"({"image_id": 1, )";
+  for (const std::string& text :
+       {"[" + coco + empty + ", " + coco + R"("keypoints": [)" + numbers +
+            "]}]",
+        Mmpose(3,
+               R"({"keypoints": [], "keypoint_scores": []}, )" + Instance(26)),
+        R"({"images": [{"id": 1, "camera": "a", "frame": 3}], )"
+        R"("annotations": [)" +
+            views + empty + ", " + views + R"("keypoints": [)" + numbers +
+            "]}]}"}) {
+    SCOPED_TRACE(text);
+    const DetectionSequence recording = RecordingIn("cam1.json", text);
+    ASSERT_EQ(recording.frames.size(), 1u);
+    EXPECT_EQ(recording.frames[0].frame, 3);
+    const auto& people = recording.frames[0].views[0].detections;
+    ASSERT_EQ(people.size(), 1u);
+    EXPECT_EQ(people[0].index_in_file, 1);
+  }
+}
+
 constexpr const char* kDeepLabCut =
     "scorer,net,net,net,net,net,net\n"
     "bodyparts,left_hip,left_hip,left_hip,tail,tail,tail\n"
