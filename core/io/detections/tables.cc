@@ -1,6 +1,7 @@
 // Tables with one column per coordinate: DeepLabCut's predictions and
 // MediaPipe's landmarks.
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <map>
 #include <memory>
@@ -362,6 +363,14 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
       if (!EndsIn(name, end)) continue;
       joint_of(name.substr(0, name.size() - end.size())).*column = place;
     }
+  }
+  // Other columns may end in _score, such as person_score.
+  for (size_t j = columns.joints.size(); j-- > 0;) {
+    if (columns.joints[j].x >= 0 || columns.joints[j].y >= 0) continue;
+    columns.joints.erase(columns.joints.begin() +
+                         static_cast<std::ptrdiff_t>(j));
+    columns.labels.erase(columns.labels.begin() +
+                         static_cast<std::ptrdiff_t>(j));
   }
   if (columns.frame < 0 || columns.joints.empty()) {
     throw InputError("expected columns frame, NAME_x, NAME_y, NAME_visibility");

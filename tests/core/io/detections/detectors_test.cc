@@ -233,6 +233,17 @@ TEST(DetectorFiles, MediaPipeTablesMustBeInPixels) {
                              "normalised by the image size, expected pixels"}});
 }
 
+TEST(DetectorFiles, MediaPipeTablesMayHaveOtherScores) {
+  const DetectionSequence recording =
+      RecordingIn("cam1.csv",
+                  "frame,person_score,nose_x,nose_y,nose_score\n"
+                  "3,0.9,100,200,0.5\n");
+  EXPECT_THAT(recording.header.skeleton.joints(), ElementsAre("nose"));
+  EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).confidence, 0.5);
+  ExpectFaults("cam2.csv", {{"frame,nose_x,nose_score\n3,100,0.5\n",
+                             "joint 'nose': expected the columns _x and _y"}});
+}
+
 // The table as saved by Excel with decimal commas.
 std::string Semicolons(std::string text) {
   std::replace(text.begin(), text.end(), ',', ';');
