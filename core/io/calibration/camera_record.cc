@@ -186,7 +186,7 @@ JsonField KeyReader::AtAny(const std::vector<std::string>& keys) {
 
 void KeyReader::ReadImageSize(const std::string& key, CameraRecord* record) {
   const auto field = Find(key);
-  if (!field.has_value()) return;
+  if (!field.has_value() || field->value().is_null()) return;
   const std::vector<int64_t> size = field->Integers(2);
   record->width_px = size[0];
   record->height_px = size[1];

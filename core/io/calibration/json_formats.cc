@@ -74,10 +74,7 @@ Json CameraJson(const Camera& camera) {
 }
 
 void ReadKinegraphCamera(KeyReader* camera, CameraRecord* record) {
-  const auto size = camera->Find("image_size");
-  if (size.has_value() && !size->value().is_null()) {
-    camera->ReadImageSize("image_size", record);
-  }
+  camera->ReadImageSize("image_size", record);
   record->K = camera->Matrix3("K");
   if (const auto model = camera->Find("model")) {
     record->lens_model = model->Text();

@@ -403,6 +403,12 @@ TEST(Calibration, UnitAndSizeOptions) {
   }
 }
 
+TEST(Calibration, ImageSizeMayBeNull) {
+  const CameraRig cameras =
+      CamerasOf("c.json", WithReplaced(kSmallKrt, "[8, 6]", "null"));
+  EXPECT_EQ(cameras[0].width_px(), 0);
+}
+
 TEST(Calibration, LongModelsWithZeroTermsHaveFiveCoefficients) {
   const std::string text = WithReplaced(
       kSmallKrt, "}}", R"(, "distCoeff": [0.1, 0, 0, 0, 0, 0, 0, 0]}})");
