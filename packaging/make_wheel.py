@@ -155,6 +155,7 @@ def metadata(version):
         "Provides-Extra: files\n"
         "Requires-Dist: h5py; extra == \"files\"\n"
         "Requires-Dist: scipy; extra == \"files\"\n"
+        "Requires-Dist: tomli; extra == \"files\" and python_version < \"3.11\"\n"
         "Description-Content-Type: text/markdown\n\n"
         + (ROOT / "README.md").read_text(encoding="utf-8")
     )

@@ -122,8 +122,13 @@ def _assignments(settings: Settings) -> str:
 
 
 def _value(value: Any) -> str:
+    if hasattr(value, "tolist"):  # NumPy's numbers and arrays
+        value = value.tolist()
     if isinstance(value, bool):
         return "true" if value else "false"
+    if isinstance(value, (list, tuple)):
+        words = [repr(str(v)) if isinstance(v, str) else _value(v) for v in value]
+        return "[" + ", ".join(words) + "]"
     return repr(value) if isinstance(value, float) else str(value)
 
 

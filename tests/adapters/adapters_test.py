@@ -201,6 +201,28 @@ class Files(Adapters):
                                 external=[(self.folder / "numbers", 0, 816)])  # fmt: skip
         self.assertIn("is not a data set in this file", self.refused(outside))
 
+    def test_caliscope_is_read_without_tomllib(self):
+        python = self.folder / "python"
+        python.mkdir()
+        (python / "tomllib.py").write_text("raise ModuleNotFoundError(name=__name__)\n")
+        settings = {"PYTHONPATH": str(python)}
+        poses = self.folder / "s/recordings/walk/POSE"
+        poses.mkdir(parents=True)
+        table = poses / "xy_POSE.csv"
+        table.write_text(
+            "sync_index,port,frame_index,frame_time,point_id,img_loc_x,img_loc_y\n"
+            "6,0,5,1000.0,0,100,200\n6,1,6,1000.0,0,300,400\n7,0,6,1000.1,0,101,201\n"
+        )
+        alone = self.lines("--format=caliscope", table, **settings)
+        self.assertEqual(alone[0]["views"], ["cam_0", "cam_1"])
+        (self.folder / "s/camera_array.toml").write_text("")
+        (python / "tomli.py").write_text(
+            "def loads(text):\n"
+            "    return {'cameras': {'0': {'ignore': True}, '1': {'rotation': []}}}\n"
+        )
+        session = self.lines("--format=caliscope", self.folder / "s", **settings)
+        self.assertEqual(session[0]["views"], ["cam_1"])
+
     def test_sleap_errors_name_the_fault(self):
         samples.write_sleap(self.folder / "a.h5", 0, own_order=False)
         path = self.folder / "a.h5"

@@ -441,6 +441,20 @@ class Module(unittest.TestCase):
         np.testing.assert_allclose(px[0], x[:2] / x[2], rtol=0, atol=1e-9)
         self.assertTrue(np.isnan(px[1]).all())
 
+    def test_settings_may_be_numpy_values_and_tuples(self):
+        settings = {
+            "a": np.bool_(True),
+            "b": np.float64(0.2),
+            "c": (1280, 720),
+            "d": np.array([1.5, 2.0]),
+            "e": ["cam0", "cam1"],
+            "f": "shift",
+        }
+        self.assertEqual(
+            kg._assignments(settings),
+            "a=true;b=0.2;c=[1280, 720];d=[1.5, 2.0];e=['cam0', 'cam1'];f=shift",
+        )
+
     def test_bad_input_is_one_line(self):
         with self.assertRaisesRegex(kg.InputError, "nowhere.json"):
             kg.read_cameras("nowhere.json")

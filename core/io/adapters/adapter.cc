@@ -1,6 +1,7 @@
 #include "core/io/adapters/adapter.h"
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -123,9 +124,19 @@ std::string Fault(const ProcessEnd& end, const std::string& name,
   throw InputError(path, "", fault);
 }
 
+// Whether our adapters read such files in a folder. Others in a session, such
+// as older results, are no inputs.
+bool MayBeInput(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  for (const char* one : {".csv", ".h5", ".pickle", ".toml"}) {
+    if (extension == one) return true;
+  }
+  return false;
+}
+
 // Notes the input files, so that they are not overwritten and changes to them
-// are detected.
-void NoteInputs(const std::string& path) {
+// are detected. In a folder, a user's adapter may read any file.
+void NoteInputs(const std::string& path, bool is_own) {
   const auto note = [](const std::string& file) {
     const Descriptor opened(OpenToRead(file));
     if (opened.get() >= 0) InputFiles::Note(opened.get(), file);
@@ -138,7 +149,8 @@ void NoteInputs(const std::string& path) {
     if (error) throw InputError(path, "", "cannot be read: " + error.message());
     if (at.depth() == kDeepest) at.disable_recursion_pending();
     std::error_code none;
-    if (at->is_regular_file(none)) note(at->path().string());
+    if (!at->is_regular_file(none)) continue;
+    if (!is_own || MayBeInput(at->path())) note(at->path().string());
   }
 }
 
@@ -282,6 +294,7 @@ class AdapterRun::Impl {
       : path_(WithoutSlash(path)),
         name_(adapter.name),
         hint_(adapter.hint),
+        is_own_(adapter.command.front() != TheSettings().given),
         silence_ms_(silence_ms),
         errors_(std::tmpfile(), std::fclose) {
     if (errors_ == nullptr) {
@@ -289,7 +302,7 @@ class AdapterRun::Impl {
     }
     const auto status = StatusOf(path_);
     if (!status.has_value()) throw InputError(path_, "", "cannot be read");
-    NoteInputs(path_);
+    NoteInputs(path_, is_own_);
     if (silence_ms_ < 0) {
       constexpr int64_t kMost_s = 3600;
       silence_ms_ = kSilence_ms + 1000 * static_cast<int>(std::min(
@@ -308,18 +321,20 @@ class AdapterRun::Impl {
   int silence_ms() const { return silence_ms_; }
 
   void Finish() {
-    ThrowItsFault();
+    ThrowItsFault(/*reader_stopped=*/false);
     if (program_->was_ended()) {
       throw InputError(path_, "", "its adapter (" + name_ + ") does not end");
     }
-    NoteInputs(path_);
+    NoteInputs(path_, is_own_);
   }
 
-  void ThrowItsFault() {
+  void ThrowItsFault(bool reader_stopped) {
     // A program normally exits soon after its last output.
     constexpr int kEnd_ms = 2000;
     const ProcessEnd end = program_->Wait(kEnd_ms);
     if (program_->was_ended()) return;
+    // The pipe broke because the reader stopped, for the reason it throws.
+    if (reader_stopped && end.signal == SIGPIPE) return;
     const std::string fault = Fault(end, name_, hint_, LastLine(errors_.get()));
     if (!fault.empty()) Throw(path_, fault);
   }
@@ -328,6 +343,7 @@ class AdapterRun::Impl {
   const std::string path_;
   const std::string name_;
   const std::string hint_;
+  const bool is_own_;
   int silence_ms_;
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> errors_;
   Pipe pipe_;
@@ -341,7 +357,9 @@ AdapterRun::~AdapterRun() = default;
 int AdapterRun::TakeOutput() { return impl_->TakeOutput(); }
 int AdapterRun::silence_ms() const { return impl_->silence_ms(); }
 void AdapterRun::Finish() { impl_->Finish(); }
-void AdapterRun::ThrowItsFault() { impl_->ThrowItsFault(); }
+void AdapterRun::ThrowItsFault() {
+  impl_->ThrowItsFault(/*reader_stopped=*/true);
+}
 
 std::string OutputOf(const Adapter& adapter, const std::string& path) {
   AdapterRun run(adapter, path);

@@ -186,7 +186,7 @@ JsonField KeyReader::AtAny(const std::vector<std::string>& keys) {
 
 void KeyReader::ReadImageSize(const std::string& key, CameraRecord* record) {
   const auto field = Find(key);
-  if (!field.has_value()) return;
+  if (!field.has_value() || field->value().is_null()) return;
   const std::vector<int64_t> size = field->Integers(2);
   record->width_px = size[0];
   record->height_px = size[1];
@@ -208,11 +208,13 @@ void KeyReader::ReadCoefficients(bool is_fisheye,
                                                        "k3", "k4", "k5", "k6"};
   static const std::vector<const char*> kFisheye = {"k1", "k2", "k3", "k4"};
   const auto& terms = is_fisheye ? kFisheye : kPolynomial;
+  // A file may omit terms that are 0, such as all but k1.
+  const size_t fewest = is_fisheye ? 4 : 5;
   std::vector<double> numbered;
   for (size_t place = 0; place < terms.size(); ++place) {
     const auto field = Find(terms[place]);
     if (!field.has_value()) continue;
-    numbered.resize(place + 1, 0.0);
+    numbered.resize(std::max(place + 1, fewest), 0.0);
     numbered[place] = field->Number();
   }
   if (!numbered.empty()) lenses->push_back(numbered);

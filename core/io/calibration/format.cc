@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <string_view>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
@@ -46,7 +47,10 @@ CalibrationHead LookAtFolder(const std::string& path) {
   CalibrationHead head;
   head.path = path;
   head.is_folder = true;
-  head.names = ListFolder(path);
+  // macOS adds a hidden file to each file on other file systems.
+  for (std::string& name : ListFolder(path)) {
+    if (name.front() != '.') head.names.push_back(std::move(name));
+  }
   return head;
 }
 

@@ -17,12 +17,16 @@
 namespace kinegraph {
 namespace {
 
-// Whether the first member of an object is an object with all of these keys.
+// Whether the first object in an object has all of these keys. Texts and
+// numbers beside the cameras, such as a unit, do not count.
 bool FirstMemberHas(const Json& json, const std::vector<const char*>& keys) {
-  if (!json.is_object() || json.empty()) return false;
-  const Json& first = json.front();
+  if (!json.is_object()) return false;
+  const auto first =
+      std::find_if(json.begin(), json.end(),
+                   [](const Json& one) { return one.is_object(); });
+  if (first == json.end()) return false;
   return std::all_of(keys.begin(), keys.end(), [&first](const char* key) {
-    return first.is_object() && first.contains(key);
+    return first->contains(key);
   });
 }
 
@@ -70,10 +74,7 @@ Json CameraJson(const Camera& camera) {
 }
 
 void ReadKinegraphCamera(KeyReader* camera, CameraRecord* record) {
-  const auto size = camera->Find("image_size");
-  if (size.has_value() && !size->value().is_null()) {
-    camera->ReadImageSize("image_size", record);
-  }
+  camera->ReadImageSize("image_size", record);
   record->K = camera->Matrix3("K");
   if (const auto model = camera->Find("model")) {
     record->lens_model = model->Text();

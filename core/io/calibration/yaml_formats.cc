@@ -207,10 +207,19 @@ Eigen::Matrix3d ReadEasymocapRotation(const JsonField& extrinsic,
 }
 
 // The members "KEY_NAME" of one camera as an object with the members "KEY".
-Json MembersOf(const Json& root, const std::string& name) {
+// "K_front_left" belongs to the camera front_left of `names`, not to left.
+Json MembersOf(const Json& root, const std::string& name,
+               const std::vector<std::string>& names) {
   Json camera = Json::object();
   for (const auto& [key, value] : root.items()) {
-    if (!EndsIn(key, "_" + name)) continue;
+    const std::string& member = key;
+    const auto is_of_longer = [&](const std::string& other) {
+      return other.size() > name.size() && EndsIn(member, "_" + other);
+    };
+    if (!EndsIn(key, "_" + name) ||
+        std::any_of(names.begin(), names.end(), is_of_longer)) {
+      continue;
+    }
     camera[key.substr(0, key.size() - name.size() - 1)] = value;
   }
   return camera;
@@ -241,10 +250,11 @@ void RejectUnreadMembers(const JsonField& root,
 
 CameraRecord ReadEasymocapCamera(const JsonField& intrinsic_file,
                                  const JsonField& extrinsic_file,
-                                 const std::string& name) {
+                                 const std::string& name,
+                                 const std::vector<std::string>& names) {
   const std::string where = "camera '" + Printable(name) + "'";
-  const Json intrinsic_json = MembersOf(intrinsic_file.value(), name);
-  const Json extrinsic_json = MembersOf(extrinsic_file.value(), name);
+  const Json intrinsic_json = MembersOf(intrinsic_file.value(), name, names);
+  const Json extrinsic_json = MembersOf(extrinsic_file.value(), name, names);
   KeyReader intrinsic(JsonField(intrinsic_json, intrinsic_file.file(), where));
   KeyReader extrinsic(JsonField(extrinsic_json, extrinsic_file.file(), where));
   CameraRecord record;
@@ -287,8 +297,10 @@ CalibrationFile ReadEasymocap(const CalibrationHead& head) {
   std::vector<std::string> names;
   for (const JsonField& element : intrinsic.At("names").Elements("name")) {
     names.push_back(YamlNameOf(element));
+  }
+  for (const std::string& name : names) {
     CameraRecord record =
-        ReadEasymocapCamera(intrinsic, extrinsic, names.back());
+        ReadEasymocapCamera(intrinsic, extrinsic, name, names);
     record.file = path;
     file.cameras.push_back(record);
   }

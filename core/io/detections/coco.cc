@@ -64,6 +64,10 @@ void ReadCocoFile(const std::string& path, size_t view_idx,
         const int64_t frame = FrameOf(Required(entry, "image_id"));
         const JsonArray keypoints =
             AsArray(Required(entry, kKeypoints), kKeypoints);
+        if (keypoints.size() == 0) {
+          collector->Add(frame, view_idx);
+          return;
+        }
         SettleSkeletonByCount((keypoints.size() + 2) / 3, collector);
         numbers.resize(3 * collector->header().skeleton.joints().size());
         AsNumbers(keypoints, kKeypoints, numbers.size(), numbers.data());
@@ -167,6 +171,10 @@ void AddInstances(const JsonArray& instances, int64_t frame, size_t view_idx,
     const JsonArray points =
         AsArray(Required(instance, kKeypoints), kKeypoints);
     const size_t count = points.size();
+    if (count == 0) {
+      collector->Add(frame, view_idx);
+      continue;
+    }
     SettleSkeletonByCount(count, collector);
     const size_t expected = collector->header().skeleton.joints().size();
     CheckCount(kKeypoints, count, expected, " joints");
@@ -238,7 +246,7 @@ bool RecogniseMmpose(const DetectionHead& head) {
 
 std::unique_ptr<DetectionSource> OpenMmpose(
     const std::string& path, const DetectionReadOptions& options) {
-  NamedPaths views = ListViewFolders(path);
+  NamedPaths views = ListDataFolders(path, ".json");
   if (views.empty()) views = ListViewFiles(path);
   return ReadViews(views, options, ReadMmposeView);
 }
@@ -457,9 +465,11 @@ std::unique_ptr<DetectionSource> OpenCocoViews(
                        " does not occur in images");
     }
     const auto& [view, frame] = image->second;
-    collector.Add(frame, view_idx[view])->joints =
-        ReadJoints(person, keypoints, header.skeleton.joints().size(),
-                   options.zero_confidence);
+    std::vector<Keypoint>& joints =
+        collector.Add(frame, view_idx[view])->joints;
+    if (AsArray(keypoints, kKeypoints).size() == 0) return;
+    joints = ReadJoints(person, keypoints, header.skeleton.joints().size(),
+                        options.zero_confidence);
   });
   return collector.Finish();
 }

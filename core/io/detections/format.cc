@@ -135,8 +135,14 @@ DetectionHead LookAtDetections(const std::string& path) {
   head.file = path;
   if (head.is_folder) {
     const NamedPaths folders = ListViewFolders(path);
-    head.has_folders = !folders.empty();
     std::optional<std::string> file = FirstFile(path);
+    // Beside data files, only folders that contain data are views.
+    head.has_folders =
+        !folders.empty() &&
+        (!file ||
+         std::any_of(folders.begin(), folders.end(), [](const auto& folder) {
+           return FirstFile(folder.second).has_value();
+         }));
     for (const auto& [name, folder] : folders) {
       if (!file) file = FirstFile(folder);
     }

@@ -26,7 +26,7 @@ struct DetectionWriteOptions {
 struct DetectionHead {
   std::string path;
   bool is_folder = false;
-  bool has_folders = false;  // the folder has subfolders, one per view
+  bool has_folders = false;  // the folder has subfolders of views
   // The file itself, or the first .json or .csv file of the folder or of its
   // first subfolder; empty if there is none.
   std::string file;

@@ -27,6 +27,16 @@ void SortByName(NamedPaths* paths) {
   });
 }
 
+bool HasFiles(const std::string& folder, const std::string& extension) {
+  bool has_files = false;
+  ForEachEntry(folder, [&](const fs::directory_entry& entry) {
+    const fs::path& file = entry.path();
+    has_files |= file.extension() == extension &&
+                 file.filename().string().front() != '.';
+  });
+  return has_files;
+}
+
 }  // namespace
 
 Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
@@ -89,6 +99,17 @@ NamedPaths ListViewFolders(const std::string& path) {
   });
   SortByName(&folders);
   return folders;
+}
+
+NamedPaths ListDataFolders(const std::string& path,
+                           const std::string& extension) {
+  const NamedPaths folders = ListViewFolders(path);
+  const bool are_views =
+      folders.empty() || !HasFiles(path, extension) ||
+      std::any_of(folders.begin(), folders.end(), [&](const auto& folder) {
+        return HasFiles(folder.second, extension);
+      });
+  return are_views ? folders : NamedPaths();
 }
 
 DetectionHeader HeaderOf(std::vector<std::string> view_names,
@@ -184,6 +205,14 @@ bool DetectionCollector::Next(DetectionFrame* frame) {
   if (frames_.empty()) return false;
   *frame = std::move(frames_.begin()->second);
   frames_.erase(frames_.begin());
+  for (ViewDetections& view : frame->views) {
+    auto& all = view.detections;
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [](const Detection& detection) {
+                               return detection.joints.empty();
+                             }),
+              all.end());
+  }
   return true;
 }
 

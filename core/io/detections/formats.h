@@ -41,6 +41,10 @@ NamedPaths ListViewFiles(const std::string& path,
 // The subfolders of a folder that are not hidden, in natural order (2 before
 // 10). Empty for a file.
 NamedPaths ListViewFolders(const std::string& path);
+// The same, but empty if only the folder itself contains files with this
+// extension; the subfolders may then contain images.
+NamedPaths ListDataFolders(const std::string& path,
+                           const std::string& extension);
 
 // A header from view names and options. `skeleton` is used if the options
 // specify none.
@@ -77,7 +81,8 @@ class DetectionCollector : public DetectionSource {
   void SettleSkeleton(const std::vector<std::string>& labels,
                       const std::vector<Bone>& bones = {},
                       const std::string& name = "");
-  // Adds a detection and sets its index_in_file.
+  // Adds a detection and sets its index_in_file. One that is left without
+  // joints, found or not, only counts for the indices of others.
   Detection* Add(int64_t frame, size_t view_idx);
   // Adds a detection with these joints, unless none was found.
   void AddFound(int64_t frame, size_t view_idx, std::vector<Keypoint> joints);

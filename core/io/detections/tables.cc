@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <map>
 #include <memory>
@@ -218,7 +219,7 @@ std::unique_ptr<DetectionSource> OpenDetectors(
     void (*read)(const std::string& file, size_t view_idx,
                  const DetectionReadOptions& options,
                  DeepLabCutRecording* recording)) {
-  NamedPaths detectors = ListViewFolders(path);
+  NamedPaths detectors = ListDataFolders(path, extension);
   if (detectors.empty()) detectors = {{"", path}};
   std::vector<NamedPaths> files;
   for (const auto& [name, folder] : detectors) {
@@ -376,6 +377,14 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
       if (!EndsIn(name, end)) continue;
       joint_of(name.substr(0, name.size() - end.size())).*column = place;
     }
+  }
+  // Other columns may end in _score, such as person_score.
+  for (size_t j = columns.joints.size(); j-- > 0;) {
+    if (columns.joints[j].x >= 0 || columns.joints[j].y >= 0) continue;
+    columns.joints.erase(columns.joints.begin() +
+                         static_cast<std::ptrdiff_t>(j));
+    columns.labels.erase(columns.labels.begin() +
+                         static_cast<std::ptrdiff_t>(j));
   }
   if (columns.frame < 0 || columns.joints.empty()) {
     throw InputError("expected columns frame, NAME_x, NAME_y, NAME_visibility");

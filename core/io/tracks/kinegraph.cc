@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string_view>
@@ -315,6 +313,9 @@ class KinegraphTrackReader {
                     TrackHeader* header) {
     AsObject(value, key);
     header->config_json = RawObject(lines_.line(), key);
+    if (CompactObject(header->config_json).empty()) {  // NaN is read as null
+      header->config_json = simdjson::minify(value);
+    }
   }
   void AcceptViewNames(JsonValue value, std::string_view key,
                        TrackHeader* header) {
@@ -554,24 +555,22 @@ void WriteTracksByAdapter(const std::string& format, const std::string& path,
 }
 
 PersonNames ReadKinegraphNames(const std::string& path) {
+  constexpr const char* kKey = "names";
   PersonNames names;
-  std::ifstream file(path);
-  std::string line;
-  if (!std::getline(file, line)) return names;
-  if (line.find("\"kinegraph\"") == std::string::npos) return names;
-  const Json json = ParseJson(line, path);
-  if (!json.is_object() || json.count("kinegraph") == 0) return names;
-  const auto entries = json.find("names");
-  if (entries == json.end()) return names;
-  for (const auto& [key, name] : entries->items()) {
-    const std::optional<TrackId> id = PersonIdOf(key);
-    if (!entries->is_object() || !id.has_value() || !name.is_string()) {
-      throw InputError(path, "names",
-                       "found '" + Printable(key) + ": " + DescribeJson(name) +
-                           "', expected {\"identity\": \"name\"}");
+  OwnLines lines(path);
+  lines.ReadHeader([&](const JsonObject& header) {
+    JsonValue entries;
+    if (!Get(header, kKey, &entries) || entries.is_null()) return;
+    for (const auto& [key, name] : AsObject(entries, kKey)) {
+      const std::optional<TrackId> id = PersonIdOf(key);
+      if (!id.has_value()) {
+        throw InputError(std::string(kKey) + ": found '" +
+                         Printable(std::string(key)) +
+                         "', expected {\"identity\": \"name\"}");
+      }
+      names[*id] = AsText(name, kKey);
     }
-    names[*id] = name.get<std::string>();
-  }
+  });
   return names;
 }
 

@@ -82,12 +82,14 @@ def recognise(path):
 
 def unused_cameras(session):
     """Cameras that a session ignores or has not calibrated."""
-    import tomllib
-
     for name in ("camera_array.toml", "config.toml"):
         path = session / name
         if not session.is_dir() or not path.is_file():
             continue
+        try:
+            import tomllib
+        except ModuleNotFoundError:  # before Python 3.11
+            import tomli as tomllib
         try:
             root = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         except ValueError as error:

@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/io/detections/source.h"
+#include "core/io/files/input_files.h"
 #include "core/system/file.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
@@ -66,6 +67,30 @@ TEST_F(AdapterTest, AdapterErrorPrecedesReaderError) {
             }),
             path_ + ": no good");
   EXPECT_EQ(InputErrorOf([&] { run.Finish(); }), path_ + ": no good");
+}
+
+TEST_F(AdapterTest, ReaderErrorPrecedesBrokenPipe) {
+  ASSERT_NE(std::signal(SIGPIPE, SIG_DFL), SIG_ERR);
+  AdapterRun run(Shell("exec yes"), path_);
+  const std::string said = InputErrorOf([&] {
+    run.Guard([&]() -> int {
+      const Descriptor output(run.TakeOutput());
+      throw InputError("found 3 joints");
+    });
+  });
+  EXPECT_EQ(said, "found 3 joints");
+}
+
+TEST_F(AdapterTest, OtherFilesOfASessionAreNoInputs) {
+  const std::string input = folder_.Write("session/cam1/a.h5", "points");
+  const std::string result = folder_.Write("session/result.jsonl", "older");
+  InputFiles::Protect();
+  // The result grows meanwhile.
+  EXPECT_EQ(OutputOf(Shell("echo more >> \"$1/result.jsonl\"; echo read"),
+                     (folder_.path() / "session").string()),
+            "read\n");
+  EXPECT_TRUE(InputFiles::Has(input));
+  EXPECT_FALSE(InputFiles::Has(result));
 }
 
 TEST_F(AdapterTest, MissingProgramIsNamedWithInstallCommand) {

@@ -328,6 +328,7 @@ TEST(Calibration, OpencvCamerasAreNamedByFiles) {
       "rvec: [0, 0, 0]\ntvec: [0.5, 0, 2]\n";
   const std::string left = folder.Write("left.yml", text);
   folder.Write("right.yaml", text);
+  folder.Write("._left.yml", std::string("\0\5\x16\7", 4));  // of macOS
   EXPECT_THAT(NamesOf(ReadCameras(folder.path().string())),
               ElementsAre("left", "right"));
   EXPECT_THAT(NamesOf(ReadCameras(left)), ElementsAre("left"));
@@ -402,12 +403,30 @@ TEST(Calibration, UnitAndSizeOptions) {
   }
 }
 
+TEST(Calibration, ImageSizeMayBeNull) {
+  const CameraRig cameras =
+      CamerasOf("c.json", WithReplaced(kSmallKrt, "[8, 6]", "null"));
+  EXPECT_EQ(cameras[0].width_px(), 0);
+}
+
 TEST(Calibration, LongModelsWithZeroTermsHaveFiveCoefficients) {
   const std::string text = WithReplaced(
       kSmallKrt, "}}", R"(, "distCoeff": [0.1, 0, 0, 0, 0, 0, 0, 0]}})");
   const CameraRig cameras = CamerasOf("c.json", text);
   ASSERT_NE(cameras[0].lens(), nullptr);
   EXPECT_EQ(cameras[0].lens()->parameters()[0], 0.1);
+}
+
+TEST(Calibration, NumberedTermsMayBeOmitted) {
+  const auto lens_with = [](const std::string& terms) {
+    return LensOf(
+        CamerasOf("c.json", WithReplaced(kSmallKrt, "}}", terms + "}}"))[0]);
+  };
+  EXPECT_THAT(lens_with(R"(, "k1": -0.1)"), ElementsAre(-0.1, 0, 0, 0, 0));
+  EXPECT_THAT(lens_with(R"(, "k1": -0.1, "k2": 0.02, "p1": 0.003)"),
+              ElementsAre(-0.1, 0.02, 0.003, 0, 0));
+  EXPECT_THAT(lens_with(R"(, "fisheye": true, "k1": -0.1)"),
+              ElementsAre(-0.1, 0, 0, 0));
 }
 
 }  // namespace

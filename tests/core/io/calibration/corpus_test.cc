@@ -527,6 +527,11 @@ TEST(CalibrationUnit, IsReadFromTheFile) {
   EXPECT_EQ(CamerasOf("krt.json", text)[0].t(), Eigen::Vector3d(1.0, 2.0, 3.0));
   EXPECT_THAT(FaultOf("krt.json", WithReplaced(text, "\"mm\"", "\"ft\"")),
               HasSubstr("unit: found the text 'ft'"));
+  std::string first = WithReplaced(text, R"(, "unit": "mm")", "");
+  first.replace(0, 1,
+                R"({"_comment": "lab", "date": 20240501, "unit": "mm", )");
+  EXPECT_EQ(CamerasOf("krt.json", first)[0].t(),
+            Eigen::Vector3d(1.0, 2.0, 3.0));
 }
 
 // Two representations of one pose must agree.

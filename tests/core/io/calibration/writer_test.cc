@@ -197,6 +197,23 @@ TEST(CalibrationWriter, KeepsSpecialRotations) {
   EXPECT_EQ(lost_fields.size(), 2u) << "no image size is known";
 }
 
+TEST(CalibrationWriter, EasymocapNamesMayEndInOtherNames) {
+  CameraRig cameras;
+  for (const char* name : {"left", "front_left"}) {
+    CameraParameters parameters = RigWith(WithLens::kYes)[0].parameters();
+    parameters.name = name;
+    parameters.t.x() = static_cast<double>(cameras.size());
+    cameras.emplace_back(parameters);
+  }
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  LostFields lost_fields;
+  WriteCalibration(path, "easymocap", cameras, &lost_fields);
+  const CameraRig again = ReadCameras(path);
+  EXPECT_EQ(NamesOf(again), NamesOf(cameras));
+  ExpectSameCameras(again, cameras, kRotated);
+}
+
 TEST(CalibrationWriter, RefusesWhatTheFormatCannotExpress) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";

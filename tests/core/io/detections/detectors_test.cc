@@ -123,6 +123,30 @@ TEST(DetectorFiles, AlphaPoseFrameFromImageName) {
   EXPECT_EQ(recording.frames[0].frame, 31);
 }
 
+TEST(DetectorFiles, EmptyKeypointsKeepTheirIndex) {
+  const std::string numbers = Listed("100, 200, 0.5", "300, 400, 0.5", 17);
+  const std::string empty = R"("keypoints": []})";
+  const std::string coco = R"({"image_id": 3, )";
+  const std::string views = R"({"image_id": 1, )";
+  for (const std::string& text :
+       {"[" + coco + empty + ", " + coco + R"("keypoints": [)" + numbers +
+            "]}]",
+        Mmpose(3,
+               R"({"keypoints": [], "keypoint_scores": []}, )" + Instance(26)),
+        R"({"images": [{"id": 1, "camera": "a", "frame": 3}], )"
+        R"("annotations": [)" +
+            views + empty + ", " + views + R"("keypoints": [)" + numbers +
+            "]}]}"}) {
+    SCOPED_TRACE(text);
+    const DetectionSequence recording = RecordingIn("cam1.json", text);
+    ASSERT_EQ(recording.frames.size(), 1u);
+    EXPECT_EQ(recording.frames[0].frame, 3);
+    const auto& people = recording.frames[0].views[0].detections;
+    ASSERT_EQ(people.size(), 1u);
+    EXPECT_EQ(people[0].index_in_file, 1);
+  }
+}
+
 constexpr const char* kDeepLabCut =
     "scorer,net,net,net,net,net,net\n"
     "bodyparts,left_hip,left_hip,left_hip,tail,tail,tail\n"
@@ -224,6 +248,17 @@ TEST(DetectorFiles, FrameNumbersOfTablesAreWhole) {
        {table + "2.5" + cells, "line 2: frame: found '2.5'"},
        {table + "1.716223456789e12" + cells, "a time in milliseconds"},
        {deeplabcut + "-1,1,1,1,1,1,1\n", "line 6: frame: found '-1'"}});
+}
+
+TEST(DetectorFiles, MediaPipeTablesMayHaveOtherScores) {
+  const DetectionSequence recording =
+      RecordingIn("cam1.csv",
+                  "frame,person_score,nose_x,nose_y,nose_score\n"
+                  "3,0.9,100,200,0.5\n");
+  EXPECT_THAT(recording.header.skeleton.joints(), ElementsAre("nose"));
+  EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).confidence, 0.5);
+  ExpectFaults("cam2.csv", {{"frame,nose_x,nose_score\n3,100,0.5\n",
+                             "joint 'nose': expected the columns _x and _y"}});
 }
 
 // The table as saved by Excel with decimal commas.

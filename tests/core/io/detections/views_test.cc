@@ -224,6 +224,37 @@ TEST(TwoDetectors, MustHaveTheSameViews) {
                    "rng1: has other views than");
 }
 
+// ---- Folders of images beside the files of the views ----
+
+TEST(ViewFiles, FoldersWithoutDataAreIgnored) {
+  const TemporaryFolder folder;
+  folder.Write("csv/plot-poses/cam1/filter.png", "");
+  folder.Write("csv/cam1.csv",
+               std::string(kHeader) + "0,100,200,1,300,400,1\n");
+  std::string points = "[[100, 200]";
+  std::string scores = "[1";
+  std::string numbers = "[100, 200, 1";
+  for (int j = 1; j < 17; ++j) {
+    points += ", [300, 400]";
+    scores += ", 1";
+    numbers += ", 300, 400, 1";
+  }
+  folder.Write("coco/images/1.png", "");
+  folder.Write("coco/cam1.json",
+               R"([{"image_id": 0, "keypoints": )" + numbers + "]}]");
+  folder.Write("mmpose/visualizations/1.png", "");
+  folder.Write("mmpose/cam1.json",
+               R"({"meta_info": {}, "instance_info": [{"frame_id": 0, )"
+               R"("instances": [{"keypoints": )" +
+                   points + R"(], "keypoint_scores": )" + scores + "]}]}]}");
+  for (const std::string format : {"csv", "coco", "mmpose"}) {
+    const DetectionSequence recording = ReadDetections(folder.path() / format);
+    EXPECT_THAT(recording.header.view_names, ElementsAre("cam1")) << format;
+    ASSERT_EQ(recording.frames.size(), 1u) << format;
+    EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).px.x(), 100.0) << format;
+  }
+}
+
 // ---- Sessions of Caliscope and sleap-anipose ----
 
 // Two cameras at 20 Hz, the second 4 ms late; camera 1 misses frame 7.

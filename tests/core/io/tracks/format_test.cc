@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/io/file_kind.h"
+#include "core/io/tracks/writer.h"
 #include "tests/core/io/tracks/recordings.h"
 #include "tests/support/opensim_trc.h"
 #include "tests/support/rig.h"
@@ -118,6 +119,21 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
   }
   const TemporaryFolder folder;
   EXPECT_TRUE(ReadPersonNames(folder.Write("text.txt", "nothing\n")).empty());
+}
+
+// Empty lines are skipped, and NaN is read as null.
+TEST(PersonNames, AreReadLikeTheTracks) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.Write("tracks.jsonl",
+                   "\n{\"kinegraph\": 1, \"skeleton\": {\"name\": \"one\", "
+                   "\"joints\": [\"nose\"], \"bones\": []}, \"frame_rate\": "
+                   "NaN, \"names\": {\"12\": \"Anna\"}, \"config\": "
+                   "{\"gate\": NaN, \"lag\": 0.2}}\n");
+  EXPECT_EQ(ReadPersonNames(path), (PersonNames{{TrackId(12), "Anna"}}));
+  const TrackSequence tracks = ReadTracks(path);
+  EXPECT_EQ(tracks.header.config_json, "{\"gate\":null,\"lag\":0.2}");
+  EXPECT_NO_THROW(WriteTracks(folder.path() / "again.jsonl", tracks));
 }
 
 // 40 letters of three bytes each; file names have up to 100 bytes of a name.
