@@ -23,6 +23,7 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/joint_names.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/tracks.h"
 
 DEFINE_string(tracks, "", "tracks to evaluate");
@@ -302,7 +303,7 @@ void RunMpjpe() {
   MpjpeOptions options;
   options.frames = Frames();
   const Compared compared = ReadBoth(options.frames);
-  options.up = UpOfTruth(compared.truth);
+  options.up = UpOfTruth(compared.truth, {StatedUp(FLAGS_ground_truth)});
   EvaluationOutput output =
       DescribeMpjpe(EvaluateMpjpe(compared.truth, compared.tracks, options));
   const EvaluationOutput consistency = DescribeConsistency(

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "apps/common/table.h"
+#include "core/kinematics/ground.h"
 
 namespace kinegraph {
 namespace {
@@ -209,12 +210,12 @@ Json ToJson(const HeldOutRow& row, const HeldOutSummary& summary) {
 
 }  // namespace
 
-Eigen::Vector3d UpOfTruth(const TrackSequence& truth) {
+Eigen::Vector3d UpOfTruth(const TrackSequence& truth, const UpEvidence& known) {
   const std::string& skeleton = truth.header.skeleton.name();
   const bool is_panoptic =
       skeleton == Panoptic19().name() || skeleton == Panoptic15().name();
-  return is_panoptic ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
-                     : Eigen::Vector3d::UnitZ();
+  if (is_panoptic) return -Eigen::Vector3d::UnitY();
+  return UpDirection(truth, known).value_or(Eigen::Vector3d::UnitZ());
 }
 
 std::string ActorName(int64_t actor) { return "actor " + Count(actor); }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -12,6 +13,7 @@
 #include "core/base/time.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
+#include "core/io/tracks/writer.h"
 #include "core/skeleton/skeleton.h"
 #include "tests/apps/command.h"
 #include "tests/core/evaluation/people.h"
@@ -105,6 +107,44 @@ TEST_F(EvaluateProgramTest, OtherProtocols) {
   ExpectPrinted("--protocol=mpjpe" + against, {"42.9"});
   ExpectPrinted("--protocol=identity" + against, {"MOTA, %"});
   ExpectPrinted("--protocol=panoptic" + against, {"AP, %"});
+}
+
+// The body frame follows the world in which people stand, whichever its axes.
+TEST_F(EvaluateProgramTest, OffsetsDoNotDependOnTheUpwardAxis) {
+  const auto walk = [](const Eigen::Matrix3d& rotation, double error_m) {
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 40; ++f) {
+      Pose3d pose = StandingTum14(0.5, -3.0 + 0.05 * f);
+      pose[7].position_m += error_m * Eigen::Vector3d(1.0, 2.0, 3.0);
+      for (Joint3d& joint : pose)
+        joint.position_m = rotation * joint.position_m;
+      frames.push_back(Frame(f, {Person(0, std::move(pose))}));
+    }
+    return Tracks(std::move(frames));
+  };
+  const auto elbow_m = [&](const Eigen::Matrix3d& rotation) {
+    WriteTracks(Path("true.jsonl"), walk(rotation, 0.0));
+    WriteTracks(Path("walk.jsonl"), walk(rotation, 0.01));
+    const std::string json = Path("result.json");
+    Done("evaluate", "--protocol=mpjpe --json='" + json + "'" +
+                         Against(Path("walk.jsonl"), Path("true.jsonl")));
+    std::vector<double> offset_m;
+    for (const Json& joint :
+         ParseJson(ContentOf(json), json)["result"]["joints"]) {
+      if (joint["joint"] == "r_elbow") joint["offset_m"].get_to(offset_m);
+    }
+    return offset_m;
+  };
+  Eigen::Matrix3d z_to_y;
+  z_to_y << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  for (const Eigen::Matrix3d& rotation :
+       {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), z_to_y}) {
+    const std::vector<double> offset_m = elbow_m(rotation);
+    ASSERT_EQ(offset_m.size(), 3u);
+    EXPECT_NEAR(offset_m[0], 0.01, 1e-4);
+    EXPECT_NEAR(offset_m[1], 0.02, 1e-4);
+    EXPECT_NEAR(offset_m[2], 0.03, 1e-4);
+  }
 }
 
 TEST_F(EvaluateProgramTest, CentroidsAreComparedWithHipCentres) {
