@@ -125,6 +125,7 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
                           "output.observations = true)?"
                         : " in the requested frames"));
   }
+  RequireDetections(request.folds, scored.set);
   return scored;
 }
 
@@ -247,6 +248,17 @@ HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set) {
                      }),
       set.detections.end());
   return set;
+}
+
+void RequireDetections(const std::vector<FrameRange>& folds,
+                       const HeldOutSet& set) {
+  for (const FrameRange& fold : folds) {
+    if (!PartIn({fold}, set).detections.empty()) continue;
+    throw InputError(
+        fmt::format("--folds: {}:{} has no detection of a tracked person, so "
+                    "nothing can be chosen or scored there",
+                    fold.begin, fold.end));
+  }
 }
 
 double HeldOutCapPx(const Camera& camera, const std::string& file) {

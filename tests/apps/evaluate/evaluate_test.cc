@@ -10,13 +10,17 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/config_folder.h"
 #include "core/base/time.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/writer.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/writer.h"
 #include "core/skeleton/skeleton.h"
 #include "tests/apps/command.h"
 #include "tests/core/evaluation/people.h"
+#include "tests/support/rig.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -272,6 +276,29 @@ TEST_F(EvaluateProgramTest, BadUsageGivesOneLineAndExitCodeTwo) {
        }) {
     ExpectRefused(flags, message);
   }
+}
+
+// A recording for --protocol=held_out_camera.
+class EvaluateHeldOutTest : public EvaluateProgramTest {
+ protected:
+  EvaluateHeldOutTest() {
+    const CameraRig rig = RingOfCameras(4);
+    WriteCameras(Path("cameras.json"), rig);
+    WriteDetections(Path("detections.jsonl"), SeenBy(rig, 60, [](int f) {
+                      return std::vector<Pose3d>{StandingPerson(0.02 * f, 0.0)};
+                    }));
+  }
+
+  const std::string flags_ = "--protocol=held_out_camera --cameras='" +
+                             Path("cameras.json") + "' --detections='" +
+                             Path("detections.jsonl") + "' ";
+  const std::string config_ =
+      "--config='" + ProjectConfig("synthetic/track_paper.toml") + "' ";
+};
+
+TEST_F(EvaluateHeldOutTest, RefusesAFoldWithoutPeople) {
+  ExpectRefused(flags_ + config_ + "--folds=0:30,500:600",
+                "500:600 has no detection of a tracked person");
 }
 
 // Four seconds of a person who walks away from the origin at 1.5 m/s.
