@@ -51,6 +51,8 @@ HeldOutInput ReadHeldOutInput(const HeldOutRequest& request) {
   if (!request.config.empty()) {
     input.options =
         ReadRunOptions(FindConfig(request.config), request.set, request.mode);
+  } else if (!request.set.empty() || !request.mode.empty()) {
+    throw InputError("--set, --mode: need --config");
   }
   input.rig = ReadCameras(request.cameras, input.options.cameras);
   input.detections =

@@ -301,6 +301,13 @@ TEST_F(EvaluateHeldOutTest, RefusesAFoldWithoutPeople) {
                 "500:600 has no detection of a tracked person");
 }
 
+TEST_F(EvaluateHeldOutTest, SetAndModeNeedAConfiguration) {
+  for (const std::string flag : {"--set=bogus.key=1", "--mode=paper"}) {
+    ExpectRefused(flags_ + "--runs=a,b,c,d --reference=e " + flag,
+                  "--set, --mode: need --config");
+  }
+}
+
 // Four seconds of a person who walks away from the origin at 1.5 m/s.
 TrackSequence Walker(double rate_hz) {
   TrackSequence tracks = Tracks({});
