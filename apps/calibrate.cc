@@ -43,7 +43,8 @@ DEFINE_string(focal, "",
               "without it fields of view of 40 to 90 degrees are tried");
 DEFINE_double(
     focal_error, 1.0,
-    "standard deviation of the given focal lengths [%]; 0: they are exact");
+    "standard deviation of the given focal lengths [%]; 0: they are exact, as "
+    "those of --cameras are without this flag");
 DEFINE_bool(in_step, false,
             "the cameras share a trigger, so their clocks agree");
 DEFINE_double(scale, 0.0, "height of the people [m]");
@@ -216,8 +217,9 @@ CalibrationInput InputOfFlags(const RunOptions& options,
           "specifies both");
     }
     input.cameras = ReadCameras(FLAGS_cameras, options.cameras);
-    // Measured focal lengths are exact unless --focal_error is given.
-    if (!FirstGiven({"focal_error"}).empty()) {
+    // Measured focal lengths are exact unless --focal_error is given, even as
+    // its default.
+    if (!gflags::GetCommandLineFlagInfoOrDie("focal_error").is_default) {
       input.focal_sigma = 0.01 * FLAGS_focal_error;
     }
     return input;
