@@ -349,9 +349,16 @@ void RunCameras() {
   RefuseFlags({"tracks", "frames", "unit"});
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("ground_truth", FLAGS_ground_truth);
-  Finish(DescribeCameras(
+  const CameraResult result =
       EvaluateCameras(ReadCameras(FLAGS_ground_truth), FLAGS_ground_truth,
-                      ReadCameras(FLAGS_cameras), FLAGS_cameras)));
+                      ReadCameras(FLAGS_cameras), FLAGS_cameras);
+  std::vector<std::string> notes;
+  for (const std::string& name : result.missing) {
+    notes.push_back(Printable(name) +
+                    " of the ground truth was not estimated and is not scored");
+  }
+  SayNotes(notes, "kinegraph-evaluate: ");
+  Finish(DescribeCameras(result));
 }
 
 // ---- Held-out cameras

@@ -344,11 +344,9 @@ EvaluationOutput DescribeCameras(const CameraResult& result) {
     }
     return json;
   };
-  Json json = {{"te_m", result.te_m},
-               {"scaled_te_m", result.scaled_te_m},
-               {"ae_deg", result.ae_deg},
-               {"scale", result.scale},
-               {"cameras", cameras}};
+  Json json = {{"te_m", result.te_m},     {"scaled_te_m", result.scaled_te_m},
+               {"ae_deg", result.ae_deg}, {"scale", result.scale},
+               {"cameras", cameras},      {"missing", result.missing}};
   json["rra_deg"] = shares("RRA", " deg", result.rra_deg, result.rra);
   json["scaled_cca_percent"] =
       shares("s-CCA", " %", result.cca_percent, result.scaled_cca);

@@ -183,11 +183,12 @@ TEST_F(EvaluateProgramTest, CentroidsAreComparedWithHipCentres) {
 TEST_F(EvaluateProgramTest, CamerasAreComparedWithTrueCameras) {
   // Three cameras on a line along x that look along z; one of the found cameras
   // is 0.3 m too high.
-  const auto file = [this](const std::string& name, double lift_m) {
+  const auto file = [this](const std::string& name, double lift_m,
+                           int count = 3) {
     std::ostringstream text;
     text << R"({"kinegraph_cameras": 1, "units": {"length": "m"}, )"
          << R"("cameras": [)";
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < count; ++i) {
       text << (i ? ", " : "") << R"({"name": "cam)" << i
            << R"(", "image_size": [640, 480], "model": "pinhole",)"
            << R"( "K": [[600, 0, 320], [0, 600, 240], [0, 0, 1]],)"
@@ -211,6 +212,15 @@ TEST_F(EvaluateProgramTest, CamerasAreComparedWithTrueCameras) {
   EXPECT_EQ(result["cameras"].size(), 3u);
   EXPECT_GT(result["te_m"].get<double>(), 0.1);
   EXPECT_LT(result["te_m"].get<double>(), 0.3);
+  EXPECT_EQ(result["missing"].size(), 0u);
+  const ProgramOutcome partly =
+      Done("evaluate", "--protocol=cameras --cameras='" +
+                           file("partly.json", 0.0, 2) + "' --ground_truth='" +
+                           truth + "' --json='" + json + "'");
+  EXPECT_THAT(partly.errors, HasSubstr("note: cam2 of the ground truth was not "
+                                       "estimated and is not scored"));
+  EXPECT_EQ(ParseJson(ContentOf(json), json)["result"]["missing"],
+            Json::array({"cam2"}));
   ExpectRefused("--protocol=cameras --cameras='" + found + "'",
                 "--ground_truth");
   ExpectRefused("--protocol=cameras --cameras='" + found +
