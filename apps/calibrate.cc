@@ -216,8 +216,9 @@ CalibrationInput InputOfFlags(const RunOptions& options,
           "specifies both");
     }
     input.cameras = ReadCameras(FLAGS_cameras, options.cameras);
-    // Measured focal lengths are exact unless --focal_error is given.
-    if (!FirstGiven({"focal_error"}).empty()) {
+    // Measured focal lengths are exact unless --focal_error is given, even as
+    // its default.
+    if (!gflags::GetCommandLineFlagInfoOrDie("focal_error").is_default) {
       input.focal_sigma = 0.01 * FLAGS_focal_error;
     }
     return input;

@@ -12,6 +12,7 @@
 
 #include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
+#include "apps/common/evaluation_output.h"
 #include "apps/common/ground_truth.h"
 #include "apps/common/plot.h"
 #include "apps/common/track_files.h"
@@ -24,12 +25,14 @@
 #include "apps/compare/tuning.h"
 #include "apps/markers/marker_study.h"
 #include "core/base/error.h"
+#include "core/data/stance.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/configuration/manifest.h"
 #include "core/io/configuration/recording_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/joint_names.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/tracks.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -184,15 +187,20 @@ std::vector<FrameRange> Common(const std::vector<FrameRange>& a,
 void ReadTruth(Comparison* comparison) {
   comparison->run.scene.model.keep_derivatives =
       !FLAGS_markers.empty() || !FLAGS_ground_truth.empty();
+  UpEvidence known;
+  known.of_cameras = UpOfCameras(comparison->scene().cameras);
   if (!FLAGS_markers.empty()) {
     comparison->truth =
         MarkersAsTruth(FLAGS_markers, FLAGS_joints, comparison->run.tracks);
+    comparison->up = UpOfTruth(*comparison->truth, known);
     return;
   }
   if (FLAGS_ground_truth.empty()) return;
   comparison->truth = ReadTracks(FLAGS_ground_truth);
   Skeleton& skeleton = comparison->truth->header.skeleton;
   skeleton = WithOurNames(skeleton);
+  known.stated = StatedUp(FLAGS_ground_truth);
+  comparison->up = UpOfTruth(*comparison->truth, known);
   RequireCommonJoints(comparison->scene().skeleton, FLAGS_detections, skeleton,
                       FLAGS_ground_truth);
   SayNotes(CheckGroundTruth({FLAGS_ground_truth, {}, &*comparison->truth},

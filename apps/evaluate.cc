@@ -23,6 +23,7 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/joint_names.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/tracks.h"
 
 DEFINE_string(tracks, "", "tracks to evaluate");
@@ -302,7 +303,7 @@ void RunMpjpe() {
   MpjpeOptions options;
   options.frames = Frames();
   const Compared compared = ReadBoth(options.frames);
-  options.up = UpOfTruth(compared.truth);
+  options.up = UpOfTruth(compared.truth, {StatedUp(FLAGS_ground_truth)});
   EvaluationOutput output =
       DescribeMpjpe(EvaluateMpjpe(compared.truth, compared.tracks, options));
   const EvaluationOutput consistency = DescribeConsistency(
@@ -348,9 +349,16 @@ void RunCameras() {
   RefuseFlags({"tracks", "frames", "unit"});
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("ground_truth", FLAGS_ground_truth);
-  Finish(DescribeCameras(
+  const CameraResult result =
       EvaluateCameras(ReadCameras(FLAGS_ground_truth), FLAGS_ground_truth,
-                      ReadCameras(FLAGS_cameras), FLAGS_cameras)));
+                      ReadCameras(FLAGS_cameras), FLAGS_cameras);
+  std::vector<std::string> notes;
+  for (const std::string& name : result.missing) {
+    notes.push_back(Printable(name) +
+                    " of the ground truth was not estimated and is not scored");
+  }
+  SayNotes(notes, "kinegraph-evaluate: ");
+  Finish(DescribeCameras(result));
 }
 
 // ---- Held-out cameras

@@ -305,6 +305,8 @@ std::string WithGivenKeys(const RunOptions& options, std::string text) {
     if (equals == std::string::npos) continue;  // rejected when read
     const std::string key = Trimmed(part.substr(0, equals));
     if (key.rfind("cameras.map.", 0) == 0) continue;  // already present
+    // Present without the cameras left out.
+    if (key == "cameras.use" && !FLAGS_without_cameras.empty()) continue;
     const std::string value = Trimmed(part.substr(equals + 1));
     PutKey(key, TomlValue(effective, key, value), &text);
   }

@@ -3,6 +3,7 @@
 #include <gflags/gflags.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -22,6 +23,7 @@
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/frame_pairing.h"
 #include "core/io/calibration/calibration.h"
+#include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/files/side_files.h"
@@ -33,6 +35,7 @@
 #include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/tracks.h"
 #include "core/kinematics/ground.h"
+#include "solvers/session/ready_recording.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(tracks, "",
@@ -158,8 +161,10 @@ bool WereCamerasMoved(const TrackHeader& header) {
 }
 
 // The cameras of --cameras; if `track` changed them, the cameras that it wrote
-// beside the result, because the result fits the images only with these.
-CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
+// beside the result, because the result fits the images only with these. Sets
+// `path` to the file read.
+CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input,
+                          std::string* path) {
   std::vector<std::string> notes;
   std::string moved;
   if (WereCamerasMoved(input.results.front().tracks.header)) {
@@ -167,6 +172,7 @@ CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
                        &notes);
   }
   SayNotes(notes);
+  *path = moved.empty() ? FLAGS_cameras : moved;
   if (moved.empty()) return ReadCameras(FLAGS_cameras, options.cameras);
   if (moved != FLAGS_cameras) {
     std::fprintf(SummaryStream(FLAGS_out),
@@ -202,18 +208,54 @@ void LeaveOutCameras(PageInput* input) {
   }
 }
 
+// Pictures and videos are shown as recorded.
+void SayImagesKeepTheirClocks(const RefinementRecord& record, double rate_hz,
+                              const std::string& path) {
+  std::string names;
+  for (const RefinementRecord::Camera& camera : record.cameras) {
+    if (std::abs(camera.offset_s) * rate_hz < 0.5) continue;
+    names += (names.empty() ? "" : ", ") + Printable(camera.name);
+  }
+  if (names.empty()) return;
+  SayNotes({"the clocks in " + path +
+            " are not applied to the pictures and videos of " + names});
+}
+
+// The detections with the clocks of the cameras that were read from `path`, as
+// `track` used them.
+DetectionSequence ReadClocked(const RunOptions& options, const CameraRig& rig,
+                              const std::string& path,
+                              const TrackHeader& tracks) {
+  DetectionReadOptions read = DetectionOptionsOf(options);
+  DetectionSequence detections = ReadDetections(FLAGS_detections, read);
+  const auto record = ReadRefinementRecord(path);
+  if (!record.has_value() || !record->has_clocks()) return detections;
+  if (!(detections.header.frame_rate_hz > 0.0) && tracks.frame_rate_hz > 0.0) {
+    // Without a rate the frames may have no times, which clocks need.
+    read.frame_rate_hz = tracks.frame_rate_hz;
+    detections = ReadDetections(FLAGS_detections, read);
+  }
+  if (!FLAGS_images.empty()) {
+    SayImagesKeepTheirClocks(*record, detections.header.frame_rate_hz, path);
+  }
+  RunRequest request;
+  request.cameras = rig;
+  return WithRecordedClocks(options, request, *record, detections);
+}
+
 void ReadViews(const RunOptions& options, PageInput* input) {
   if (FLAGS_cameras.empty()) {
     if (FLAGS_detections.empty()) return;
     throw InputError("--detections: needs --cameras");
   }
-  CameraRig rig = CamerasOfResult(options, *input);
+  std::string path;
+  CameraRig rig = CamerasOfResult(options, *input, &path);
   if (FLAGS_detections.empty()) {
     input->cameras = std::move(rig);
     return;
   }
   input->detections =
-      ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
+      ReadClocked(options, rig, path, input->results.front().tracks.header);
   input->cameras = CamerasOfViews(input->detections->header.view_names, rig,
                                   options.cameras.map);
 }

@@ -57,6 +57,20 @@ void CheckTable() {
                                fmt::join(kTables, ", ")));
 }
 
+// Checks that the data contain the set that --table is about.
+void CheckSet(const BenchmarkData& data) {
+  const bool of_shelf = FLAGS_table == "shelf";
+  if (!of_shelf && FLAGS_table.rfind("campus", 0) != 0) return;
+  const BenchmarkSet set =
+      of_shelf ? BenchmarkSet::kShelf : BenchmarkSet::kCampus;
+  for (const Benchmark& benchmark : data.benchmarks) {
+    if (benchmark.set == set) return;
+  }
+  throw InputError(FLAGS_data, "",
+                   fmt::format("has no {}, which --table={} needs",
+                               of_shelf ? "Shelf" : "Campus", FLAGS_table));
+}
+
 // Collects the tables.
 struct Report {
   std::string markdown;
@@ -143,6 +157,7 @@ void RunReproduce() {
   // Created before the work, so that a wrong path fails early.
   const OutputFolder folder(FLAGS_out);
   const BenchmarkData data = FindBenchmarks(FLAGS_data, FLAGS_set);
+  CheckSet(data);
   const Machine machine = ThisMachine();
   Report report;
   const auto start = std::chrono::steady_clock::now();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "apps/common/table.h"
+#include "core/kinematics/ground.h"
 
 namespace kinegraph {
 namespace {
@@ -209,12 +210,12 @@ Json ToJson(const HeldOutRow& row, const HeldOutSummary& summary) {
 
 }  // namespace
 
-Eigen::Vector3d UpOfTruth(const TrackSequence& truth) {
+Eigen::Vector3d UpOfTruth(const TrackSequence& truth, const UpEvidence& known) {
   const std::string& skeleton = truth.header.skeleton.name();
   const bool is_panoptic =
       skeleton == Panoptic19().name() || skeleton == Panoptic15().name();
-  return is_panoptic ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
-                     : Eigen::Vector3d::UnitZ();
+  if (is_panoptic) return -Eigen::Vector3d::UnitY();
+  return UpDirection(truth, known).value_or(Eigen::Vector3d::UnitZ());
 }
 
 std::string ActorName(int64_t actor) { return "actor " + Count(actor); }
@@ -343,11 +344,9 @@ EvaluationOutput DescribeCameras(const CameraResult& result) {
     }
     return json;
   };
-  Json json = {{"te_m", result.te_m},
-               {"scaled_te_m", result.scaled_te_m},
-               {"ae_deg", result.ae_deg},
-               {"scale", result.scale},
-               {"cameras", cameras}};
+  Json json = {{"te_m", result.te_m},     {"scaled_te_m", result.scaled_te_m},
+               {"ae_deg", result.ae_deg}, {"scale", result.scale},
+               {"cameras", cameras},      {"missing", result.missing}};
   json["rra_deg"] = shares("RRA", " deg", result.rra_deg, result.rra);
   json["scaled_cca_percent"] =
       shares("s-CCA", " %", result.cca_percent, result.scaled_cca);

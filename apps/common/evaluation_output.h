@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/data/stance.h"
 #include "core/evaluation/cameras.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/identity.h"
@@ -48,8 +49,9 @@ EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
                                  const std::vector<std::string>& view_names);
 
 // The up direction of a ground truth's world: -y for CMU Panoptic, whose y axis
-// points down, else z.
-Eigen::Vector3d UpOfTruth(const TrackSequence& truth);
+// points down, else UpDirection or, if that is unknown, z.
+Eigen::Vector3d UpOfTruth(const TrackSequence& truth,
+                          const UpEvidence& known = {});
 
 // Helpers shared with other tables.
 std::string ActorName(int64_t actor);         // "actor 0"

@@ -51,6 +51,8 @@ HeldOutInput ReadHeldOutInput(const HeldOutRequest& request) {
   if (!request.config.empty()) {
     input.options =
         ReadRunOptions(FindConfig(request.config), request.set, request.mode);
+  } else if (!request.set.empty() || !request.mode.empty()) {
+    throw InputError("--set, --mode: need --config");
   }
   input.rig = ReadCameras(request.cameras, input.options.cameras);
   input.detections =
@@ -125,6 +127,7 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
                           "(track it with output.observations = true)"
                         : ""));
   }
+  RequireDetections(request.folds, scored.set);
   return scored;
 }
 
@@ -247,6 +250,17 @@ HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set) {
                      }),
       set.detections.end());
   return set;
+}
+
+void RequireDetections(const std::vector<FrameRange>& folds,
+                       const HeldOutSet& set) {
+  for (const FrameRange& fold : folds) {
+    if (!PartIn({fold}, set).detections.empty()) continue;
+    throw InputError(
+        fmt::format("--folds: {}:{} has no detection of a tracked person, so "
+                    "nothing can be chosen or scored there",
+                    fold.begin, fold.end));
+  }
 }
 
 double HeldOutCapPx(const Camera& camera, const std::string& file) {

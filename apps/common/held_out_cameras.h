@@ -33,6 +33,11 @@ EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
 // The detections in `frames`; all of them if `frames` is empty.
 HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set);
 
+// Throws InputError, naming the fold, if one of `folds` has no detection of the
+// set: what is chosen in one fold is scored in the other.
+void RequireDetections(const std::vector<FrameRange>& folds,
+                       const HeldOutSet& set);
+
 // The default limit of an error: a tenth of the camera's image width. Throws
 // InputError, naming `file`, if the width is unknown.
 double HeldOutCapPx(const Camera& camera, const std::string& file);

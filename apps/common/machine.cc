@@ -36,20 +36,28 @@ std::string ShellQuoted(const std::string& text) {
 }
 
 std::string Commit() {
-  std::string folder;
   try {
-    folder = ProjectConfig("paper/shelf.toml");
+    const std::string config = ProjectConfig("paper/shelf.toml");
+    return CommitOf(config.substr(0, config.rfind("/paper/")));
   } catch (const InputError&) {
     return kUnknown;
   }
-  folder.erase(folder.rfind("/paper/"));
-  const std::string commit =
-      FirstLineOf("git -C " + ShellQuoted(folder) +
-                  " describe --always --dirty --exclude='*' 2>/dev/null");
-  return commit.empty() ? kUnknown : commit;
 }
 
 }  // namespace
+
+std::string CommitOf(const std::string& configs) {
+  const std::string git = "git -C " + ShellQuoted(configs);
+  // An installation may be inside a repository of the user.
+  const bool is_own =
+      FirstLineOf(git + " rev-parse --show-prefix 2>/dev/null") == "configs/";
+  const std::string commit =
+      is_own ? FirstLineOf(git +
+                           " describe --always --dirty --exclude='*' "
+                           "2>/dev/null")
+             : "";
+  return commit.empty() ? kUnknown : commit;
+}
 
 Machine ThisMachine() {
   Machine machine;

@@ -11,13 +11,15 @@ struct Machine {
   int threads = 0;        // number of logical processors
   std::string system;     // "Debian GNU/Linux 12 (bookworm)"
   std::string compiler;
-  // Short commit hash of the repository that contains configs/, read at run
-  // time (not at build time), with "-dirty" if it has local changes; "unknown"
-  // outside a repository.
-  std::string commit;
+  std::string commit;  // CommitOf the project's configs/
 };
 
 Machine ThisMachine();
+
+// Short commit hash of the repository whose folder configs/ this is, read at
+// run time (not at build time), with "-dirty" if it has local changes;
+// "unknown" if the folder is elsewhere, also within a repository.
+std::string CommitOf(const std::string& configs);
 
 }  // namespace kinegraph
 

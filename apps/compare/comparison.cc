@@ -223,6 +223,7 @@ Comparison MakeComparison(RunOptions options, FrozenRun run,
                          : "nothing to score: --held_out_set contains no "
                            "detection of the people tracked here");
   }
+  RequireDetections(comparison.scored_frames(), comparison.set);
   for (const Camera& camera : comparison.scene().cameras) {
     comparison.cap_px.push_back(held_out_set.has_value()
                                     ? held_out_set->cap_px

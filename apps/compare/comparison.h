@@ -53,6 +53,7 @@ struct Comparison {
   TrackSequence reference;     // people of `set`, with the run's identities
   std::vector<PersonFrames> people;  // written people, in the folds' frames
   std::optional<TrackSequence> truth;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // UpOfTruth
   std::optional<PcpProtocol> protocol;  // for PCP, in the folds' frames
   bool angles = false;                  // also scores flexions
   int threads = 1;

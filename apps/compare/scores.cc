@@ -8,7 +8,6 @@
 #include <tuple>
 #include <utility>
 
-#include "apps/common/evaluation_output.h"
 #include "apps/common/held_out_cameras.h"
 #include "apps/common/progress.h"
 #include "core/base/constants.h"
@@ -55,7 +54,6 @@ std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
 std::vector<AngleErrors> FlexionErrors(const Comparison& comparison,
                                        const TrackSequence& tracks) {
   const TrackSequence& truth = *comparison.truth;
-  const Eigen::Vector3d up = UpOfTruth(truth);
   std::vector<std::pair<JointAngle, JointAngle>> angles;
   std::vector<AngleErrors> errors;
   for (const JointAngle& expected : AnglesOf(truth.header.skeleton)) {
@@ -76,8 +74,10 @@ std::vector<AngleErrors> FlexionErrors(const Comparison& comparison,
     for (size_t a = 0; a < angles.size(); ++a) {
       RatioUnit& unit = series[a].emplace_back();
       if (pair.found == nullptr) continue;
-      const auto expected = MeasureAngle(angles[a].first, *pair.truth, up);
-      const auto found = MeasureAngle(angles[a].second, *pair.found, up);
+      const auto expected =
+          MeasureAngle(angles[a].first, *pair.truth, comparison.up);
+      const auto found =
+          MeasureAngle(angles[a].second, *pair.found, comparison.up);
       if (!expected.has_value() || !found.has_value()) continue;
       const double turn = std::remainder(found->deg - expected->deg, 360.0);
       unit = {turn * turn, 1.0};
@@ -96,7 +96,7 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
   const TrackSequence& tracks = scores->run.tracks;
   MpjpeOptions options;
   options.frames = comparison.scored_frames();
-  options.up = UpOfTruth(*comparison.truth);
+  options.up = comparison.up;
   BootstrapOptions none = bootstrap;
   none.resamples = 1;  // these intervals are not used
   const MpjpeResult mpjpe =

@@ -10,7 +10,8 @@
 namespace kinegraph {
 namespace {
 
-// People and detections with fewer common joints are not compared.
+// People and detections with fewer common joints are not compared, unless their
+// skeletons have no more.
 constexpr int kMinSharedJoints = 3;
 // Without matches, a detection farther away than this fraction of the image
 // diagonal belongs to another person.
@@ -37,7 +38,11 @@ DetectionPairing::DetectionPairing(const TrackHeader& tracks,
                                    const DetectionHeader& detections,
                                    const CameraRig& cameras)
     : cameras_(cameras),
-      joint_map_(MapByName(detections.skeleton, tracks.skeleton)) {
+      joint_map_(MapByName(detections.skeleton, tracks.skeleton)),
+      min_shared_joints_(std::clamp(
+          static_cast<int>(std::count_if(joint_map_.begin(), joint_map_.end(),
+                                         [](int joint) { return joint >= 0; })),
+          1, kMinSharedJoints)) {
   const auto& names = detections.view_names;
   for (const std::string& name : tracks.view_names) {
     const auto at = std::find(names.begin(), names.end(), name);
@@ -66,7 +71,7 @@ std::optional<double> DetectionPairing::Residual(const PersonPose& person,
     sum_px += (*px - seen.px).norm();
     ++count;
   }
-  if (count < kMinSharedJoints) return std::nullopt;
+  if (count < min_shared_joints_) return std::nullopt;
   return sum_px / count;
 }
 

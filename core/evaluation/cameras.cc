@@ -82,12 +82,17 @@ CameraResult EvaluateCameras(const CameraRig& truth,
                              const std::string& truth_path,
                              const CameraRig& cameras,
                              const std::string& path) {
+  CameraResult result;
   CameraPairs pairs;
   for (const Camera& expected : truth) {
     const auto same = std::find_if(
         cameras.begin(), cameras.end(),
         [&](const Camera& one) { return one.name() == expected.name(); });
-    if (same != cameras.end()) pairs.push_back({&expected, &*same});
+    if (same != cameras.end()) {
+      pairs.push_back({&expected, &*same});
+    } else {
+      result.missing.push_back(expected.name());
+    }
   }
   if (pairs.size() < 2) {
     throw InputError(path, "",
@@ -95,7 +100,6 @@ CameraResult EvaluateCameras(const CameraRig& truth,
                          " cameras that are also in " + truth_path +
                          ", expected two or more");
   }
-  CameraResult result;
   const WorldAlignment rigid = Align(pairs, false);
   const WorldAlignment scaled = Align(pairs, true);
   result.scale = scaled.scale;

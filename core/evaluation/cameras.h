@@ -19,6 +19,8 @@ struct CameraError {
 
 struct CameraResult {
   std::vector<CameraError> cameras;  // in both rigs, in the truth's order
+  // Cameras of the truth that were not estimated and are not scored.
+  std::vector<std::string> missing;
   // Translation error (TE), the same after alignment with scale, and angle
   // error (AE): means over the cameras.
   double te_m = 0.0;

@@ -2,9 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 
+#include "core/io/calibration/calibration.h"
 #include "tests/apps/command.h"
 
 namespace kinegraph::testing {
@@ -53,6 +55,22 @@ TEST_F(CalibrateTest, RefusesUnwritableOutputPaths) {
     Refusal("calibrate", "--detections=" + detections +
                              " --image_size=1920,1080 --out=" + out);
   }
+}
+
+// The default with --focal must be distinguished from no flag.
+TEST_F(CalibrateTest, FocalErrorOfOnePercentAppliesToCameras) {
+  const std::string detections = Seconds(8.0);
+  const std::string flags = "--detections=" + detections +
+                            " --cameras=" + Path("s8/cameras.json") +
+                            " --out=" + Path("found.json");
+  const auto focal_px = [this] {
+    return ReadCameras(Path("found.json")).front().K()(0, 0);
+  };
+  Done("calibrate", flags);
+  const double stated_px = focal_px();
+  EXPECT_EQ(stated_px, ReadCameras(Path("s8/cameras.json")).front().K()(0, 0));
+  Done("calibrate", flags + " --focal_error=1");
+  EXPECT_GT(std::abs(focal_px() - stated_px), 0.01);
 }
 
 // Lengths in millimetres instead of metres, and overflows.

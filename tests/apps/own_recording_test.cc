@@ -230,6 +230,15 @@ TEST_F(SmallRecording, InitKeepsGivenKeys) {
               HasSubstr("cameras.unit"));
 }
 
+TEST_F(SmallRecording, InitLeavesOutCamerasThatSetUses) {
+  Make("coco", "coco17");
+  Done("init", Flags("my.toml") +
+                   "--set='cameras.use=[cam0,cam1,cam2];input.frame_rate=25' "
+                   "--without_cameras=cam2");
+  EXPECT_THAT(ReadRunOptions(in + "/my.toml", "", "").cameras.use,
+              ::testing::ElementsAre("cam0", "cam1"));
+}
+
 // `detections` with the images of view "cam1" `frames_late` frames late.
 std::string WithLateView(const std::string& detections, size_t frames_late) {
   std::istringstream lines(detections);

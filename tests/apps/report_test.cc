@@ -2,16 +2,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/io/calibration/calibration.h"
+#include "core/io/detections/source.h"
 #include "core/io/detections/writer.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/writer.h"
 #include "tests/apps/command.h"
+#include "tests/support/base64.h"
 #include "tests/support/rig.h"
 
 namespace kinegraph::testing {
@@ -97,6 +102,46 @@ TEST_F(ReportTest, PicturesAreLinkedOrEmbeddedUnchanged) {
   EXPECT_THAT(
       Refusal("report", what + " --embed_megabytes=5 --out='" + out_ + "'"),
       HasSubstr("0.jpg: is neither JPEG nor PNG"));
+}
+
+// Images of cam1 are four frames late, as the cameras.json says.
+TEST_F(ReportTest, RecordedClocksAreApplied) {
+  const CameraRig rig = RingOfCameras(3);
+  DetectionSequence late = ReadDetections(detections_);
+  for (size_t k = late.frames.size(); k-- > 0;) {
+    const size_t shown = k - std::min<size_t>(k, 4);
+    late.frames[k].views[1].detections = late.frames[shown].views[1].detections;
+  }
+  WriteDetections(Path("late.jsonl"), late);
+  WriteCameras(Path("clocks.json"), rig,
+               R"({"cameras": [{"name": "cam1", )"
+               R"("clock": {"offset_s": -0.16, "drift": 0}}]})");
+  const std::string flags =
+      "--tracks=" + tracks_ + " --detections=" + Path("late.jsonl");
+  const auto worst_px = [&](const std::string& cameras) {
+    Run(flags + " --cameras=" + cameras);
+    const std::string page = ContentOf(out_);
+    const std::string key = "\"residual\":\"";
+    const size_t begin = page.find(key) + key.size();
+    const std::string bytes =
+        FromBase64(page.substr(begin, page.find('"', begin) - begin));
+    std::vector<uint16_t> residuals(bytes.size() / 2);  // frame, view; 0.1 px
+    std::memcpy(residuals.data(), bytes.data(), bytes.size());
+    EXPECT_EQ(residuals.size(), 20u * 3u);
+    double worst = 0.0;
+    for (size_t k = 4; k + 4 < residuals.size() / 3; ++k) {
+      worst = std::max(worst, 0.1 * residuals[3 * k + 1]);
+    }
+    return worst;
+  };
+  EXPECT_GT(worst_px(cameras_), 5.0);
+  EXPECT_LT(worst_px(Path("clocks.json")), 0.5);
+
+  WriteTextFile(Path("0.jpg"), "\xff\xd8\xff");
+  EXPECT_THAT(Run(flags + " --cameras=" + Path("clocks.json") +
+                  " --images='cam1=" + Path("%d.jpg") + "'")
+                  .errors,
+              HasSubstr("are not applied to the pictures and videos of cam1"));
 }
 
 TEST_F(ReportTest, BadInputGivesOneLineAndExitCodeTwo) {

@@ -1,5 +1,5 @@
 // The timelines and their data series.
-import { LENGTH, MISSING, NO_ANGLE, NO_VALUE, PALETTE, SPEED, byId, colourOf, dark, data, decode, element, frameCount, nameOf, results, times, viewCount } from './data.js';
+import { LENGTH, MISSING, NO_ANGLE, NO_VALUE, PALETTE, SPEED, byId, colourOf, dark, data, decode, element, frameCount, lowerBound, nameOf, results, times, viewCount } from './data.js';
 import { onFrame, pause, setFrame } from './playback.js';
 
 // Space left of a plot for names and the numbers of the axis [px].
@@ -19,6 +19,13 @@ export function jointName(name) {
 
 const AXIS = 16;  // px under a plot, for times
 
+// The place of a time among the frames, which are evenly spaced in a plot although
+// there may be gaps between their times; a fraction within a gap.
+function placeOf(time) {
+  const f = lowerBound(times, time), next = times[f + 1];
+  return next > times[f] ? f + (time - times[f]) / (next - times[f]) : f;
+}
+
 // Labels the first and last time, and a few round times in between.
 function drawTimeAxis(pen, width, height) {
   const first = times[0], last = times[frameCount - 1], span = last - first;
@@ -35,9 +42,11 @@ function drawTimeAxis(pen, width, height) {
   if (!(span > 0)) return;
   let step = Math.pow(10, Math.floor(Math.log10(span / 3)));
   while (span / step > width / 90) step *= 2;
+  let free = 70;
   for (let time = Math.ceil(first / step) * step; time < last; time += step) {
-    const x = (time - first) / span * width;
-    if (x < 70 || x > width - 70) continue;
+    const x = placeOf(time) / Math.max(1, frameCount - 1) * width;
+    if (x < free || x > width - 70) continue;
+    free = x + 70;
     pen.fillRect(x, height - 3, 1, 4);
     pen.fillText(text(time), x, height + AXIS - 3);
   }

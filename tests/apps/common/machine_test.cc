@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <cstdlib>
+#include <filesystem>
 #include <string>
+
+#include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
@@ -33,6 +37,22 @@ TEST(MachineTest, CommitIsAHashOrUnknown) {
   if (hash.size() < commit.size()) {
     EXPECT_EQ(commit.substr(hash.size()), "-dirty");
   }
+}
+
+// An installation inside a repository of the user is not of its commit.
+TEST(MachineTest, AForeignRepositoryHasNoCommitOfOurs) {
+  const testing::TemporaryFolder folder;
+  const std::string own = folder.path() / "configs";
+  const std::string installed = folder.path() / "venv/share/kinegraph/configs";
+  std::filesystem::create_directories(own);
+  std::filesystem::create_directories(installed);
+  const std::string git = "git -C '" + folder.path().string() + "' ";
+  const std::string commit =
+      git + "init -q && " + git +
+      "-c user.name=a -c user.email=b commit -q --allow-empty -m c";
+  if (std::system(commit.c_str()) != 0) GTEST_SKIP() << "git is not installed";
+  EXPECT_NE(CommitOf(own), "unknown");
+  EXPECT_EQ(CommitOf(installed), "unknown");
 }
 
 }  // namespace

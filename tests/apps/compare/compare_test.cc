@@ -516,6 +516,10 @@ TEST_F(CompareCommand, InvalidFlagsAreRefusedWithTheCause) {
       {"--baseline=nobody", "no strategy is named"},
       {"--tune --parameters=x.toml", "exclude each other"},
       {"--folds=0:9 --tune", "expected two"},
+      {"--folds=0:100,900:1000 --tune",
+       "900:1000 has no detection of a tracked person"},
+      {"--folds=0:100,900:1000 --fit_shift",
+       "900:1000 has no detection of a tracked person"},
       {"--threads=0", "at least 1"},
       {"--markers=x.c3d", "exclude each other"}};
   for (const auto& [flags, cause] : cases) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -9,12 +10,17 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/config_folder.h"
 #include "core/base/time.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/writer.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
+#include "core/io/tracks/writer.h"
 #include "core/skeleton/skeleton.h"
 #include "tests/apps/command.h"
 #include "tests/core/evaluation/people.h"
+#include "tests/support/rig.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -107,6 +113,44 @@ TEST_F(EvaluateProgramTest, OtherProtocols) {
   ExpectPrinted("--protocol=panoptic" + against, {"AP, %"});
 }
 
+// The body frame follows the world in which people stand, whichever its axes.
+TEST_F(EvaluateProgramTest, OffsetsDoNotDependOnTheUpwardAxis) {
+  const auto walk = [](const Eigen::Matrix3d& rotation, double error_m) {
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 40; ++f) {
+      Pose3d pose = StandingTum14(0.5, -3.0 + 0.05 * f);
+      pose[7].position_m += error_m * Eigen::Vector3d(1.0, 2.0, 3.0);
+      for (Joint3d& joint : pose)
+        joint.position_m = rotation * joint.position_m;
+      frames.push_back(Frame(f, {Person(0, std::move(pose))}));
+    }
+    return Tracks(std::move(frames));
+  };
+  const auto elbow_m = [&](const Eigen::Matrix3d& rotation) {
+    WriteTracks(Path("true.jsonl"), walk(rotation, 0.0));
+    WriteTracks(Path("walk.jsonl"), walk(rotation, 0.01));
+    const std::string json = Path("result.json");
+    Done("evaluate", "--protocol=mpjpe --json='" + json + "'" +
+                         Against(Path("walk.jsonl"), Path("true.jsonl")));
+    std::vector<double> offset_m;
+    for (const Json& joint :
+         ParseJson(ContentOf(json), json)["result"]["joints"]) {
+      if (joint["joint"] == "r_elbow") joint["offset_m"].get_to(offset_m);
+    }
+    return offset_m;
+  };
+  Eigen::Matrix3d z_to_y;
+  z_to_y << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  for (const Eigen::Matrix3d& rotation :
+       {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), z_to_y}) {
+    const std::vector<double> offset_m = elbow_m(rotation);
+    ASSERT_EQ(offset_m.size(), 3u);
+    EXPECT_NEAR(offset_m[0], 0.01, 1e-4);
+    EXPECT_NEAR(offset_m[1], 0.02, 1e-4);
+    EXPECT_NEAR(offset_m[2], 0.03, 1e-4);
+  }
+}
+
 TEST_F(EvaluateProgramTest, CentroidsAreComparedWithHipCentres) {
   // The hips are at (0, 0, 1) in both frames.
   const auto centroids = [this](const std::string& name, double height_m) {
@@ -139,11 +183,12 @@ TEST_F(EvaluateProgramTest, CentroidsAreComparedWithHipCentres) {
 TEST_F(EvaluateProgramTest, CamerasAreComparedWithTrueCameras) {
   // Three cameras on a line along x that look along z; one of the found cameras
   // is 0.3 m too high.
-  const auto file = [this](const std::string& name, double lift_m) {
+  const auto file = [this](const std::string& name, double lift_m,
+                           int count = 3) {
     std::ostringstream text;
     text << R"({"kinegraph_cameras": 1, "units": {"length": "m"}, )"
          << R"("cameras": [)";
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < count; ++i) {
       text << (i ? ", " : "") << R"({"name": "cam)" << i
            << R"(", "image_size": [640, 480], "model": "pinhole",)"
            << R"( "K": [[600, 0, 320], [0, 600, 240], [0, 0, 1]],)"
@@ -167,6 +212,15 @@ TEST_F(EvaluateProgramTest, CamerasAreComparedWithTrueCameras) {
   EXPECT_EQ(result["cameras"].size(), 3u);
   EXPECT_GT(result["te_m"].get<double>(), 0.1);
   EXPECT_LT(result["te_m"].get<double>(), 0.3);
+  EXPECT_EQ(result["missing"].size(), 0u);
+  const ProgramOutcome partly =
+      Done("evaluate", "--protocol=cameras --cameras='" +
+                           file("partly.json", 0.0, 2) + "' --ground_truth='" +
+                           truth + "' --json='" + json + "'");
+  EXPECT_THAT(partly.errors, HasSubstr("note: cam2 of the ground truth was not "
+                                       "estimated and is not scored"));
+  EXPECT_EQ(ParseJson(ContentOf(json), json)["result"]["missing"],
+            Json::array({"cam2"}));
   ExpectRefused("--protocol=cameras --cameras='" + found + "'",
                 "--ground_truth");
   ExpectRefused("--protocol=cameras --cameras='" + found +
@@ -231,6 +285,36 @@ TEST_F(EvaluateProgramTest, BadUsageGivesOneLineAndExitCodeTwo) {
            {"--protocol=shelf --json=/dev/null/x.json" + both, "/dev/null"},
        }) {
     ExpectRefused(flags, message);
+  }
+}
+
+// A recording for --protocol=held_out_camera.
+class EvaluateHeldOutTest : public EvaluateProgramTest {
+ protected:
+  EvaluateHeldOutTest() {
+    const CameraRig rig = RingOfCameras(4);
+    WriteCameras(Path("cameras.json"), rig);
+    WriteDetections(Path("detections.jsonl"), SeenBy(rig, 60, [](int f) {
+                      return std::vector<Pose3d>{StandingPerson(0.02 * f, 0.0)};
+                    }));
+  }
+
+  const std::string flags_ = "--protocol=held_out_camera --cameras='" +
+                             Path("cameras.json") + "' --detections='" +
+                             Path("detections.jsonl") + "' ";
+  const std::string config_ =
+      "--config='" + ProjectConfig("synthetic/track_paper.toml") + "' ";
+};
+
+TEST_F(EvaluateHeldOutTest, RefusesAFoldWithoutPeople) {
+  ExpectRefused(flags_ + config_ + "--folds=0:30,500:600",
+                "500:600 has no detection of a tracked person");
+}
+
+TEST_F(EvaluateHeldOutTest, SetAndModeNeedAConfiguration) {
+  for (const std::string flag : {"--set=bogus.key=1", "--mode=paper"}) {
+    ExpectRefused(flags_ + "--runs=a,b,c,d --reference=e " + flag,
+                  "--set, --mode: need --config");
   }
 }
 

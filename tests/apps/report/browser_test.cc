@@ -457,6 +457,33 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
             Json::array({true, true, false, false}));
 }
 
+// Frames are evenly spaced in a timeline, so labels must follow a gap.
+TEST_F(PageInBrowser, TimelineLabelsStandAtTheirFrames) {
+  Take take = MakeRecording();
+  for (size_t f = kFrames / 2; f < kFrames; ++f) {  // after three seconds
+    take.tracks.frames[f].frame += 75;
+    take.tracks.frames[f].time += FromSeconds(3.0);
+    take.detections.frames[f].frame += 75;
+  }
+  Browser& browser = Open(kDesk, WholePage(take), false);
+  browser.Evaluate(
+      "window.places = {}; window.plain = CanvasRenderingContext2D.prototype"
+      ".fillText; CanvasRenderingContext2D.prototype.fillText ="
+      "function (text, x) { if (this.canvas === "
+      "document.querySelector('.plot canvas')) places[text] = x;"
+      "plain.apply(this, arguments); };"
+      "window.dispatchEvent(new Event('resize'))");
+  browser.Evaluate("kinegraph.setFrame(75)");
+  ASSERT_THAT(TextOf("#clock"), HasSubstr("18.00 s"));
+  const double cursor_px = browser.Evaluate(
+      "parseFloat(document.querySelector('.cursor').style.transform"
+      ".slice('translateX('.length))");
+  const Json places = browser.Evaluate("places");
+  ASSERT_TRUE(places.contains("18.0 s")) << places;
+  // Labels of rows occupy the left 110 px.
+  EXPECT_NEAR(places["18.0 s"].get<double>() + 110.0, cursor_px, 2.0);
+}
+
 // The least difference (CIE 1976) of any two colours for normal vision and
 // three kinds of dichromats, after Machado, Oliveira and Fernandes, "A
 // Physiologically-based Model for Simulation of Color Vision Deficiency"

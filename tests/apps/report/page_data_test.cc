@@ -384,6 +384,33 @@ TEST(PageData, ExactDetectionsHaveNoResidual) {
             std::vector<uint16_t>(4 * 3, 2));
 }
 
+// A box or a point has fewer joints than people are compared by.
+TEST(PageData, SubjectsOfFewJointsArePaired) {
+  const std::vector<std::string> names = {"front", "back"};
+  for (const int joints : {1, 2}) {
+    const Skeleton skeleton(
+        "box", {names.begin(), names.begin() + joints},
+        joints == 1 ? std::vector<Bone>{} : std::vector<Bone>{{0, 1}});
+    TrackSequence tracks = Walk(4, 2, 25.0);
+    tracks.header.skeleton = skeleton;
+    for (TrackFrame& frame : tracks.frames) {
+      for (PersonPose& person : frame.people) {
+        person.joints.resize(skeleton.joint_count());
+        person.inlier_views.resize(skeleton.joint_count());
+      }
+    }
+    PageInput input = InputOf(tracks);
+    input.cameras = testing::RingOfCameras(3);
+    input.detections = SeenBy(input.cameras, tracks);
+    input.detections->header.skeleton = skeleton;
+    const Json result = PageOf(input)["results"][0];
+    EXPECT_EQ(Decode<uint16_t>(result["residual"]),
+              std::vector<uint16_t>(4 * 2 * 3, 0));
+    const auto match = Decode<int16_t>(result["match"]);
+    EXPECT_THAT(match, ::testing::Each(::testing::Ge(0)));
+  }
+}
+
 TEST(Moments, FindAJumpAndALostIdentity) {
   TrackSequence tracks = Walk(50, 2, 25.0);
   tracks.frames[20].people[0].joints[9].position_m.x() += 0.2;

@@ -141,6 +141,10 @@ TEST_F(OfficialDataTest, ErrorsNameWhatIsMissing) {
   EXPECT_THAT(refusal(""), HasSubstr("shelf/actorsGT.mat"));
   EXPECT_THAT(refusal("--table=shlef"), HasSubstr("campus_extended"));
   WriteSet("shelf", "Calibration");
+  for (const std::string table : {"campus", "campus_extended"}) {
+    EXPECT_THAT(refusal("--table=" + table),
+                HasSubstr("has no Campus, which --table=" + table + " needs"));
+  }
   fs::remove_all(Path("shelf/detections"));
   EXPECT_THAT(refusal(""), HasSubstr("no detections"));
   fs::remove_all(Path("shelf/Calibration"));
