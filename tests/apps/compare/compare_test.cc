@@ -243,6 +243,17 @@ TEST(Tuning, SuggestsAKeyForAnUnknownKeyInTheFile) {
               HasSubstr("did you mean"));
 }
 
+TEST(Tuning, StrategiesByRulesTakeNoParametersFromTheFile) {
+  const testing::TemporaryFolder folder;
+  const std::string path =
+      folder.Write("parameters.toml", "[first.butterworth]\ncutoff_hz = 3\n");
+  const ParameterFile read =
+      ReadParameters(path, ChooseStrategies({"butterworth_yu", "butterworth"}),
+                     25.0, EstimatorOptions());
+  const std::vector<FoldValues> expected = {{{}}, {{3.0}}};
+  EXPECT_EQ(read.strategies, expected);
+}
+
 // ---- Shifts
 
 TEST(Shift, ImageShiftOfACameraIsEstimatedAndRemoved) {
