@@ -10,11 +10,14 @@
 #include <vector>
 
 #include "core/base/time.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/writer.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/skeleton/skeleton.h"
 #include "tests/apps/command.h"
 #include "tests/core/evaluation/people.h"
+#include "tests/support/rig.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -361,6 +364,25 @@ TEST_F(EvaluateWalkerTest, ReportsThatNoPersonIsFound) {
         HasSubstr("no track is within 0.5 m of a true person"))
         << protocol;
   }
+}
+
+// The views of other cameras than cameras.use are not part of the runs.
+TEST_F(EvaluateProgramTest, HoldsOutOnlyTheCamerasThatAreUsed) {
+  const CameraRig rig = RingOfCameras(5);
+  const std::string config = folder_.Write(
+      "use.toml",
+      "mode = \"paper\"\n[cameras]\nuse = [\"cam0\", \"cam1\", \"cam3\", "
+      "\"cam4\"]\n[cameras.map]\ncam1 = \"cam1\"\n");
+  WriteCameras(Path("cameras.json"), rig);
+  WriteDetections(Path("detections.jsonl"), SeenBy(rig, 50, [](int f) {
+                    return std::vector<Pose3d>{StandingPerson(0.01 * f, 0.0)};
+                  }));
+  const std::string json = Path("result.json");
+  Done("evaluate", "--protocol=held_out_camera --cameras='" +
+                       Path("cameras.json") + "' --detections='" +
+                       Path("detections.jsonl") + "' --config='" + config +
+                       "' --json='" + json + "'");
+  EXPECT_EQ(ParseJson(ContentOf(json), json)["result"]["cap_px"].size(), 4u);
 }
 
 TEST(EvaluateProgramOnShelfTest, ScoresHeldOutCamerasOfGivenRuns) {
