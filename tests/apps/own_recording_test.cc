@@ -230,6 +230,22 @@ TEST_F(SmallRecording, InitKeepsGivenKeys) {
               HasSubstr("cameras.unit"));
 }
 
+// The written configuration leaves out the view without a camera.
+TEST_F(SmallRecording, InitLeavesOutAViewWithoutACamera) {
+  Make("coco", "coco17");
+  CameraRig cameras = ReadCameras(in + "/cameras.json");
+  ASSERT_EQ(cameras.back().name(), "cam3");
+  cameras.pop_back();
+  WriteCameras(in + "/three.json", cameras);
+  const std::string three = Flags("my.toml", "three.json");
+  EXPECT_THAT(Refusal("init", three), HasSubstr("view 'cam3' has no camera"));
+  Done("init", three + "--without_cameras=cam3");
+  EXPECT_THAT(ReadRunOptions(in + "/my.toml", "", "").cameras.use,
+              ::testing::ElementsAre("cam0", "cam1", "cam2"));
+  Done("track",
+       Flags("take.jsonl", "three.json") + "--config='" + in + "/my.toml'");
+}
+
 // `detections` with the images of view "cam1" `frames_late` frames late.
 std::string WithLateView(const std::string& detections, size_t frames_late) {
   std::istringstream lines(detections);
