@@ -70,9 +70,10 @@ namespace {
 std::string KeysText() {
   const std::vector<ConfigKey> defaults = KeysOf<RunOptions>();
   if (FLAGS_config.empty()) return KeyTables(defaults);
-  return CommentedConfig(
-      KeysOf(ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode)),
-      defaults);
+  const RunOptions options =
+      ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode);
+  return CommentedConfig(KeysOf(options), defaults) +
+         SkeletonTables(options.user_skeletons);
 }
 
 std::optional<AxisMap> AxesFlag() {

@@ -6,10 +6,12 @@
 #include <cctype>
 #include <cstddef>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
 #include "core/system/process.h"
 #include "solvers/session/options.h"
 
@@ -187,6 +189,21 @@ std::string CommentedConfig(const std::vector<ConfigKey>& given,
                           key.unit.empty() ? "" : " [" + key.unit + "]",
                           key.allowed, key.name, key.value);
     }
+  }
+  return text;
+}
+
+std::string SkeletonTables(const std::vector<Skeleton>& skeletons) {
+  std::string text;
+  for (const Skeleton& skeleton : skeletons) {
+    Json bones = Json::array();
+    for (const Bone& bone : skeleton.bones()) {
+      bones.push_back({skeleton.joints()[static_cast<size_t>(bone.a)],
+                       skeleton.joints()[static_cast<size_t>(bone.b)]});
+    }
+    text += fmt::format("\n[skeletons.{}]\njoints = {}\nbones = {}\n",
+                        JsonText(skeleton.name()),
+                        DumpJson(Json(skeleton.joints())), DumpJson(bones));
   }
   return text;
 }

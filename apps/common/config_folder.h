@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/io/configuration/config.h"
+#include "core/skeleton/skeleton.h"
 
 namespace kinegraph {
 
@@ -50,6 +51,9 @@ std::string KeyTables(const std::vector<ConfigKey>& keys);
 // default. Both lists must contain the same keys in the same order.
 std::string CommentedConfig(const std::vector<ConfigKey>& given,
                             const std::vector<ConfigKey>& usual);
+
+// The tables [skeletons.NAME] of a configuration, after all other keys.
+std::string SkeletonTables(const std::vector<Skeleton>& skeletons);
 
 }  // namespace kinegraph
 

@@ -100,6 +100,16 @@ TEST_F(TrackResultTest, RemovesAndIgnoresFilesOfAnEarlierRun) {
   EXPECT_EQ(ContentOf(Path("b.html")).find("Anna"), std::string::npos);
 }
 
+TEST_F(TrackResultTest, KeysIncludeSkeletonsOfTheConfiguration) {
+  const std::string config = folder_.Write(
+      "my.toml",
+      "[detections]\nskeleton = \"my body\"\n[skeletons.\"my body\"]\n"
+      "joints = [\"tail\", \"head\"]\nbones = [[\"tail\", \"head\"]]\n");
+  const std::string keys = Done("track", "--keys --config=" + config).output;
+  Done("track", "--keys --config=" + folder_.Write("again.toml", keys));
+  EXPECT_THAT(keys, HasSubstr("bones = [[\"tail\",\"head\"]]"));
+}
+
 TEST_F(TrackResultTest, KeepsAForeignFileOfThatName) {
   folder_.Write("a.identity.jsonl", "mine\n");
   Done("track", Flags(Path("first.jsonl"), "a.jsonl"));

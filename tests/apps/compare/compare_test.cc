@@ -399,6 +399,17 @@ TEST(Strategies, GridHasAllCombinations) {
   EXPECT_EQ(grid[1][1], one_euro.parameters[1].grid[1]);
 }
 
+TEST(Strategies, RecommendationKeepsSkeletonsOfTheConfiguration) {
+  const RunOptions options = ParseRunOptions(
+      "mode = \"graph\"\n[detections]\nskeleton = \"my body\"\n"
+      "[skeletons.\"my body\"]\njoints = [\"tail\", \"head\", \"paw\"]\n"
+      "bones = [[\"tail\", \"head\"], [\"head\", \"paw\"]]\n",
+      "", "");
+  const RunOptions read = ParseRunOptions(ChangedKeysToml(options), "", "");
+  EXPECT_EQ(read.user_skeletons, options.user_skeletons);
+  EXPECT_EQ(read.user_skeletons.size(), 1u);
+}
+
 // ---- The command
 
 class CompareCommand : public testing::CommandTest {
