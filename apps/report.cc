@@ -182,29 +182,18 @@ CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input,
   return ReadCameras(moved);
 }
 
-// Leaves out the views or cameras of --without_cameras, like `track`.
-void LeaveOutCameras(PageInput* input) {
+// Leaves out the cameras of --without_cameras.
+void LeaveOutCameras(CameraRig* cameras) {
   for (const std::string& name :
        ParseList(FLAGS_without_cameras, "without_cameras")) {
-    CameraRig& cameras = input->cameras;
-    size_t v = 0;
-    while (v < cameras.size() && cameras[v].name() != name &&
-           !(input->detections.has_value() &&
-             input->detections->header.view_names[v] == name)) {
-      ++v;
-    }
-    if (v == cameras.size()) {
-      throw InputError("--without_cameras: no view or camera is named '" +
+    const auto at = std::find_if(
+        cameras->begin(), cameras->end(),
+        [&name](const Camera& camera) { return camera.name() == name; });
+    if (at == cameras->end()) {
+      throw InputError("--without_cameras: no camera is named '" +
                        Printable(name) + "'");
     }
-    const auto at = static_cast<std::ptrdiff_t>(v);
-    cameras.erase(cameras.begin() + at);
-    if (!input->detections.has_value()) continue;
-    auto& views = input->detections->header.view_names;
-    views.erase(views.begin() + at);
-    for (DetectionFrame& frame : input->detections->frames) {
-      frame.views.erase(frame.views.begin() + at);
-    }
+    cameras->erase(at);
   }
 }
 
@@ -227,6 +216,7 @@ DetectionSequence ReadClocked(const RunOptions& options, const CameraRig& rig,
                               const std::string& path,
                               const TrackHeader& tracks) {
   DetectionReadOptions read = DetectionOptionsOf(options);
+  read.any_clock = true;  // as in `track`
   DetectionSequence detections = ReadDetections(FLAGS_detections, read);
   const auto record = ReadRefinementRecord(path);
   if (!record.has_value() || !record->has_clocks()) return detections;
@@ -240,24 +230,40 @@ DetectionSequence ReadClocked(const RunOptions& options, const CameraRig& rig,
   }
   RunRequest request;
   request.cameras = rig;
+  request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");
   return WithRecordedClocks(options, request, *record, detections);
 }
 
-void ReadViews(const RunOptions& options, PageInput* input) {
+void ReadViews(RunOptions options, PageInput* input) {
   if (FLAGS_cameras.empty()) {
-    if (FLAGS_detections.empty()) return;
-    throw InputError("--detections: needs --cameras");
+    if (!FLAGS_detections.empty()) {
+      throw InputError("--detections: needs --cameras");
+    }
+    if (!FLAGS_without_cameras.empty()) {
+      throw InputError("--without_cameras: needs --cameras");
+    }
+    return;
   }
   std::string path;
   CameraRig rig = CamerasOfResult(options, *input, &path);
   if (FLAGS_detections.empty()) {
+    LeaveOutCameras(&rig);
     input->cameras = std::move(rig);
     return;
   }
+  if (WereCamerasMoved(input->results.front().tracks.header)) {
+    // `track` writes only the cameras that it used.
+    for (const Camera& camera : rig) {
+      options.cameras.use.push_back(camera.name());
+    }
+  }
   input->detections =
       ReadClocked(options, rig, path, input->results.front().tracks.header);
-  input->cameras = CamerasOfViews(input->detections->header.view_names, rig,
-                                  options.cameras.map);
+  UsedViews used =
+      ChooseViews(input->detections->header.view_names, rig, options.cameras,
+                  ParseList(FLAGS_without_cameras, "without_cameras"));
+  input->cameras = std::move(used.cameras);
+  KeepViews(used.views, &*input->detections);
 }
 
 int64_t FrameCount(const PageInput& input) {
@@ -363,7 +369,6 @@ void RunReport() {
   page_options.stated_up = StatedUp(ParseList(FLAGS_tracks, "tracks").front());
   input.title = FLAGS_title.empty() ? input.results.front().label : FLAGS_title;
   ReadViews(run_options, &input);
-  LeaveOutCameras(&input);
   if (!FLAGS_doctor.empty()) {
     input.doctor_json =
         ReadTextFile(FLAGS_doctor + "/doctor.json", kMaxSmallFileBytes);

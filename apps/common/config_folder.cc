@@ -6,10 +6,12 @@
 #include <cctype>
 #include <cstddef>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
 #include "core/system/process.h"
 #include "solvers/session/options.h"
 
@@ -105,13 +107,17 @@ std::string ProjectConfig(const std::string& name) {
                    "found neither beside the program nor in a folder above it");
 }
 
-std::string FindConfig(const std::string& path) {
+std::string ShippedConfig(const std::string& name) {
   const std::string folder = "configs/";
+  return FindProjectConfig(
+      name.rfind(folder, 0) == 0 ? name.substr(folder.size()) : name);
+}
+
+std::string FindConfig(const std::string& path) {
   // An invalid file name is reported by its reader.
   const bool absolute = path.empty() || path.front() == '/';
   if (absolute || IsFile(path) || IsFolder(path) || IsPipe(path)) return path;
-  const std::string found = FindProjectConfig(
-      path.rfind(folder, 0) == 0 ? path.substr(folder.size()) : path);
+  const std::string found = ShippedConfig(path);
   if (!found.empty()) return found;
   if (path == "configs/graph/offline.toml" || path == "graph/offline.toml") {
     throw InputError(path, "",
@@ -187,6 +193,21 @@ std::string CommentedConfig(const std::vector<ConfigKey>& given,
                           key.unit.empty() ? "" : " [" + key.unit + "]",
                           key.allowed, key.name, key.value);
     }
+  }
+  return text;
+}
+
+std::string SkeletonTables(const std::vector<Skeleton>& skeletons) {
+  std::string text;
+  for (const Skeleton& skeleton : skeletons) {
+    Json bones = Json::array();
+    for (const Bone& bone : skeleton.bones()) {
+      bones.push_back({skeleton.joints()[static_cast<size_t>(bone.a)],
+                       skeleton.joints()[static_cast<size_t>(bone.b)]});
+    }
+    text += fmt::format("\n[skeletons.{}]\njoints = {}\nbones = {}\n",
+                        JsonText(skeleton.name()),
+                        DumpJson(Json(skeleton.joints())), DumpJson(bones));
   }
   return text;
 }

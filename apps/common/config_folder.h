@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/io/configuration/config.h"
+#include "core/skeleton/skeleton.h"
 
 namespace kinegraph {
 
@@ -16,6 +17,10 @@ struct RunOptions;
 // (../share/kinegraph/configs) or above one in the build folder. Throws
 // InputError if it is in neither place.
 std::string ProjectConfig(const std::string& name);
+
+// Path of the shipped configuration with that name, with or without "configs/";
+// empty if there is none.
+std::string ShippedConfig(const std::string& name);
 
 // Path of the configuration that a user names: an existing file, else one of
 // the project's configurations, with or without "configs/" in front
@@ -50,6 +55,9 @@ std::string KeyTables(const std::vector<ConfigKey>& keys);
 // default. Both lists must contain the same keys in the same order.
 std::string CommentedConfig(const std::vector<ConfigKey>& given,
                             const std::vector<ConfigKey>& usual);
+
+// The tables [skeletons.NAME] of a configuration, after all other keys.
+std::string SkeletonTables(const std::vector<Skeleton>& skeletons);
 
 }  // namespace kinegraph
 

@@ -64,8 +64,9 @@ HeldOutInput ReadHeldOutInput(const HeldOutRequest& request) {
     input.detections = WithRecordedClocks(input.options, run_request, *record,
                                           input.detections);
   }
-  input.cameras =
-      CamerasOfViews(input.views(), input.rig, input.options.cameras.map);
+  UsedViews used = ChooseViews(input.views(), input.rig, input.options.cameras);
+  input.cameras = std::move(used.cameras);
+  KeepViews(used.views, &input.detections);
   return input;
 }
 
@@ -79,6 +80,11 @@ TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
   if (without >= 0) run_request.without_cameras = {input.views()[without]};
   // Poses are scored with the unchanged cameras of the file.
   RunOptions in_place = options;
+  // The map may also name views that are not used, which are no longer there.
+  in_place.cameras.map.clear();
+  for (size_t v = 0; v < input.views().size(); ++v) {
+    in_place.cameras.map[input.views()[v]] = input.cameras[v].name();
+  }
   in_place.refine.ground = GroundKind::kOff;
   return TrackSequenceOf(in_place, run_request, input.detections, view_bias);
 }

@@ -254,6 +254,11 @@ ParameterFile ReadParameters(const std::string& path,
   }
   for (const Strategy& strategy : strategies) {
     const size_t s = IndexOf(AllStrategies(), strategy.name);
+    if (s == AllStrategies().size()) {  // by a rule: not in the file
+      parameters.strategies.push_back(
+          {DefaultValues(strategy, rate_hz, options)});
+      continue;
+    }
     FoldValues values = {table.values[0][s]};
     if (!parameters.folds.empty()) values.push_back(table.values[1][s]);
     parameters.strategies.push_back(std::move(values));

@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "apps/common/config_folder.h"
 #include "apps/common/table.h"
 #include "apps/compare/output.h"
 #include "core/io/configuration/config.h"
@@ -102,7 +103,7 @@ std::string ChangedKeysToml(const RunOptions& options) {
     if (at != defaults.end() && at->second == value) continue;
     text += key + " = " + value + "\n";
   }
-  return text;
+  return text + SkeletonTables(options.user_skeletons);
 }
 
 std::string VerdictText(const CompareResult& result) {

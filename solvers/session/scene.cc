@@ -9,65 +9,11 @@
 #include "solvers/session/presence.h"
 
 namespace kinegraph {
-namespace {
-
-bool IsNamed(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-// The views of a run with their cameras. Views named in `without` (by view or
-// camera) are left out; if `cameras.use` selects cameras, the views of all
-// other cameras are left out too.
-struct UsedViews {
-  std::vector<int> views;  // indices into the detections' views
-  CameraRig cameras;
-  PairedBy paired_by = PairedBy::kMap;
-};
-
-UsedViews ChooseViews(const RunOptions& options, const RunRequest& request,
-                      const std::vector<std::string>& view_names) {
-  const std::vector<std::string>& without = request.without_cameras;
-  const ViewPairing pairing = PairViewsWithCameras(
-      view_names, request.cameras, options.cameras.map,
-      options.cameras.use.empty() ? UnpairedViews::kRefuse
-                                  : UnpairedViews::kLeaveOut,
-      without);
-  UsedViews used;
-  used.paired_by = pairing.paired_by;
-  for (size_t v = 0; v < view_names.size(); ++v) {
-    const int c = pairing.camera_of_view[v];
-    if (c < 0 || IsNamed(without, view_names[v])) continue;
-    const Camera& camera = request.cameras[c];
-    if (IsNamed(without, camera.name())) continue;
-    used.views.push_back(static_cast<int>(v));
-    used.cameras.push_back(camera);
-  }
-  for (const std::string& name : without) {
-    const bool known =
-        IsNamed(view_names, name) ||
-        std::any_of(request.cameras.begin(), request.cameras.end(),
-                    [&](const Camera& c) { return c.name() == name; });
-    if (!known) {
-      std::string views;
-      for (const std::string& view : view_names) {
-        views += (views.empty() ? "" : ", ") + Printable(view);
-      }
-      throw InputError("--without_cameras: no view or camera is named '" +
-                       Printable(name) + "', the views are " + views);
-    }
-  }
-  if (used.views.empty()) {
-    throw InputError("no view with a camera is left");
-  }
-  return used;
-}
-
-}  // namespace
-
 RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
                       const DetectionHeader& detections) {
   RunScene scene;
-  UsedViews used = ChooseViews(options, request, detections.view_names);
+  UsedViews used = ChooseViews(detections.view_names, request.cameras,
+                               options.cameras, request.without_cameras);
   scene.used_views = std::move(used.views);
   scene.model.cameras = std::move(used.cameras);
   scene.paired_by = used.paired_by;

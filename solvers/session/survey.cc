@@ -161,10 +161,13 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
 // Pairs views with cameras as in a run; a pairing based only on the order of
 // the names is recorded as a map.
 void PairViews(const std::vector<std::string>& views,
-               const CameraReadOptions& options, RecordingSurvey* survey) {
+               const CameraReadOptions& options,
+               const std::vector<std::string>& without,
+               RecordingSurvey* survey) {
   const ViewPairing pairing = PairViewsWithCameras(
       views, survey->cameras, options.map,
-      options.use.empty() ? UnpairedViews::kRefuse : UnpairedViews::kLeaveOut);
+      options.use.empty() ? UnpairedViews::kRefuse : UnpairedViews::kLeaveOut,
+      without);
   survey->map = options.map;
   survey->paired_by = pairing.paired_by;
   if (pairing.paired_by != PairedBy::kOrder) return;
@@ -306,7 +309,8 @@ RecordingSurvey SurveyRecording(const SurveyRequest& request) {
         "does not specify its frame rate, which is never guessed: give it with "
         "--frame_rate=HZ");
   }
-  PairViews(source->header().view_names, request.options.cameras, &survey);
+  PairViews(source->header().view_names, request.options.cameras,
+            request.without_cameras, &survey);
   const FramesToTry frames = ReadFramesToTry(source.get(), &survey);
   if (survey.frames == 0) {
     throw InputError(request.detections, "", "contains no frames");

@@ -239,6 +239,38 @@ TEST_F(SmallRecording, InitLeavesOutCamerasThatSetUses) {
               ::testing::ElementsAre("cam0", "cam1"));
 }
 
+TEST_F(SmallRecording, InitQuotesNamesOfViews) {
+  Make("coco", "coco17");
+  for (const std::string name : {"cam right", "cam.left"}) {
+    std::string text = ContentOf(in + "/detections.jsonl");
+    for (size_t at = 0; (at = text.find("\"cam1\"")) != std::string::npos;) {
+      text.replace(at, 6, "\"" + name + "\"");
+    }
+    folder.Write("renamed.jsonl", text);
+    Done("init", Flags("my.toml", "cameras.json", "renamed.jsonl") +
+                     "--set='cameras.map." + name +
+                     "=cam1;input.view_frame_rate." + name + "=25'");
+    const RunOptions options = ReadRunOptions(in + "/my.toml", "", "");
+    EXPECT_EQ(options.input.view_frame_rate.at(name), "25");
+  }
+}
+
+// The written configuration leaves out the view without a camera.
+TEST_F(SmallRecording, InitLeavesOutAViewWithoutACamera) {
+  Make("coco", "coco17");
+  CameraRig cameras = ReadCameras(in + "/cameras.json");
+  ASSERT_EQ(cameras.back().name(), "cam3");
+  cameras.pop_back();
+  WriteCameras(in + "/three.json", cameras);
+  const std::string three = Flags("my.toml", "three.json");
+  EXPECT_THAT(Refusal("init", three), HasSubstr("view 'cam3' has no camera"));
+  Done("init", three + "--without_cameras=cam3");
+  EXPECT_THAT(ReadRunOptions(in + "/my.toml", "", "").cameras.use,
+              ::testing::ElementsAre("cam0", "cam1", "cam2"));
+  Done("track",
+       Flags("take.jsonl", "three.json") + "--config='" + in + "/my.toml'");
+}
+
 // `detections` with the images of view "cam1" `frames_late` frames late.
 std::string WithLateView(const std::string& detections, size_t frames_late) {
   std::istringstream lines(detections);

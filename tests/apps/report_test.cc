@@ -10,10 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/time.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/writer.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/side_files.h"
+#include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
 #include "tests/apps/command.h"
 #include "tests/support/base64.h"
@@ -144,6 +147,57 @@ TEST_F(ReportTest, RecordedClocksAreApplied) {
               HasSubstr("are not applied to the pictures and videos of cam1"));
 }
 
+// As `track`: cameras.use and --without_cameras leave out views, which then
+// need no camera.
+TEST_F(ReportTest, ViewsWithoutACameraCanBeLeftOut) {
+  CameraRig cameras = ReadCameras(cameras_);
+  const std::string left_out = cameras.back().name();
+  const std::string names =
+      "\"" + cameras[0].name() + "\", \"" + cameras[1].name() + "\"";
+  const std::string config =
+      folder_.Write("use.toml", "[cameras]\nuse = [" + names + "]\n");
+  const std::string what =
+      "--tracks=" + tracks_ + " --detections=" + detections_ + " ";
+  Run(what + "--cameras=" + cameras_ + " --config=" + config);
+  EXPECT_THAT(ContentOf(out_), Not(HasSubstr("\"" + left_out + "\"")));
+  cameras.pop_back();
+  WriteCameras(Path("two.json"), cameras);
+  Run(what + "--cameras=" + Path("two.json") +
+      " --without_cameras=" + left_out);
+  EXPECT_THAT(ContentOf(out_), Not(HasSubstr("\"" + left_out + "\"")));
+}
+
+// `track` with cameras.use and refinement writes only the used cameras.
+TEST_F(ReportTest, ViewsOutsideARefinedRunAreLeftOut) {
+  TrackSequence tracks = ReadTracks(tracks_);
+  tracks.header.config_json = R"({"cameras": {"refine": "pose"}})";
+  WriteTracks(tracks_, tracks);
+  CameraRig cameras = ReadCameras(cameras_);
+  const std::string left_out = cameras.back().name();
+  cameras.pop_back();
+  const std::string beside = Path("tracks.cameras.json");
+  WriteCameras(beside, cameras);
+  WriteTextFile(
+      beside, WithFingerprint(ContentOf(beside), FingerprintOfTracks(tracks_)));
+  Run("--tracks=" + tracks_ + " --detections=" + detections_ +
+      " --cameras=" + cameras_);
+  EXPECT_THAT(ContentOf(out_), Not(HasSubstr("\"" + left_out + "\"")));
+}
+
+TEST_F(ReportTest, ClocksMayStepBack) {
+  DetectionSequence detections = ReadDetections(detections_);
+  for (size_t f = 10; f < detections.frames.size(); ++f) {
+    DetectionFrame& frame = detections.frames[f];
+    frame.time -= FromSeconds(0.3);
+    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+  }
+  WriteDetections(detections_, detections);
+  EXPECT_THAT(Run("--tracks=" + tracks_ + " --cameras=" + cameras_ +
+                  " --detections=" + detections_)
+                  .output,
+              HasSubstr("20 frames, 20 poses, "));
+}
+
 TEST_F(ReportTest, BadInputGivesOneLineAndExitCodeTwo) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "--tracks"},
@@ -153,6 +207,11 @@ TEST_F(ReportTest, BadInputGivesOneLineAndExitCodeTwo) {
        "found 7 files, expected one to 6"},
       {"--tracks=" + tracks_ + " --detections=" + detections_,
        "needs --cameras"},
+      {"--tracks=" + tracks_ + " --without_cameras=cam0",
+       "--without_cameras: needs --cameras"},
+      {"--tracks=" + tracks_ + " --cameras=" + cameras_ +
+           " --detections=" + detections_ + " --without_cameras=cam9",
+       "named 'cam9'"},
       {"--tracks=" + tracks_ + " --set=cameras.unit=m", "needs --config"},
       {"--tracks=" + tracks_ + " --frames_out=" + Path("x"),
        "--frames_out was removed: the page of"},

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/io/text/names.h"
@@ -387,15 +388,58 @@ ViewPairing PairViewsWithCameras(const std::vector<std::string>& view_names,
   return pairing.result();
 }
 
-CameraRig CamerasOfViews(const std::vector<std::string>& view_names,
-                         const CameraRig& cameras,
-                         const std::map<std::string, std::string>& map) {
-  CameraRig paired;
-  for (const int camera :
-       PairViewsWithCameras(view_names, cameras, map).camera_of_view) {
-    paired.push_back(cameras[static_cast<size_t>(camera)]);
+UsedViews ChooseViews(const std::vector<std::string>& view_names,
+                      const CameraRig& cameras,
+                      const CameraReadOptions& options,
+                      const std::vector<std::string>& without) {
+  const ViewPairing pairing = PairViewsWithCameras(
+      view_names, cameras, options.map,
+      options.use.empty() ? UnpairedViews::kRefuse : UnpairedViews::kLeaveOut,
+      without);
+  const auto is_left_out = [&without](const std::string& name) {
+    return IndexOf(without, name) != kNone;
+  };
+  UsedViews used;
+  used.paired_by = pairing.paired_by;
+  for (size_t v = 0; v < view_names.size(); ++v) {
+    const int c = pairing.camera_of_view[v];
+    if (c < 0 || is_left_out(view_names[v])) continue;
+    const Camera& camera = cameras[static_cast<size_t>(c)];
+    if (is_left_out(camera.name())) continue;
+    used.views.push_back(static_cast<int>(v));
+    used.cameras.push_back(camera);
   }
-  return paired;
+  for (const std::string& name : without) {
+    if (IndexOf(view_names, name) == kNone &&
+        IndexOf(NamesOf(cameras), name) == kNone) {
+      std::string views;
+      for (const std::string& view : view_names) {
+        views += (views.empty() ? "" : ", ") + Printable(view);
+      }
+      throw InputError("--without_cameras: no view or camera is named '" +
+                       Printable(name) + "', the views are " + views);
+    }
+  }
+  if (used.views.empty()) {
+    throw InputError("no view with a camera is left");
+  }
+  return used;
+}
+
+void KeepViews(const std::vector<int>& views, DetectionSequence* detections) {
+  DetectionHeader& header = detections->header;
+  std::vector<std::string> names;
+  for (const int v : views) {
+    names.push_back(header.view_names[static_cast<size_t>(v)]);
+  }
+  header.view_names = std::move(names);
+  for (DetectionFrame& frame : detections->frames) {
+    std::vector<ViewDetections> kept;
+    for (const int v : views) {
+      kept.push_back(std::move(frame.views[static_cast<size_t>(v)]));
+    }
+    frame.views = std::move(kept);
+  }
 }
 
 }  // namespace kinegraph

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "core/data/detection.h"
 #include "core/geometry/camera.h"
+#include "core/io/calibration/calibration.h"
 
 namespace kinegraph {
 
@@ -56,10 +58,24 @@ ViewPairing PairViewsWithCameras(
     UnpairedViews unpaired = UnpairedViews::kRefuse,
     const std::vector<std::string>& without = {});
 
-// The cameras in the order of the views.
-CameraRig CamerasOfViews(const std::vector<std::string>& view_names,
-                         const CameraRig& cameras,
-                         const std::map<std::string, std::string>& map = {});
+// The views that are used, with their cameras.
+struct UsedViews {
+  std::vector<int> views;  // indices into the detections' views
+  CameraRig cameras;
+  PairedBy paired_by = PairedBy::kMap;
+};
+
+// Leaves out the views and cameras named in `without` and, if `options.use`
+// selects cameras, the views of all others. Throws InputError like
+// PairViewsWithCameras, for an unknown name in `without`, and if no view is
+// left.
+UsedViews ChooseViews(const std::vector<std::string>& view_names,
+                      const CameraRig& cameras,
+                      const CameraReadOptions& options = {},
+                      const std::vector<std::string>& without = {});
+
+// Removes all other views.
+void KeepViews(const std::vector<int>& views, DetectionSequence* detections);
 
 }  // namespace kinegraph
 

@@ -34,7 +34,7 @@ HeldOutScores ScoreWithoutEachCamera(const LoadedDataset& shelf,
                                      const RunOptions& options) {
   const std::string folder = testing::FindData("shelf/reference")->string();
   const std::vector<std::string>& views = shelf.detections.header.view_names;
-  const CameraRig cameras = CamerasOfViews(views, shelf.request.cameras, {});
+  const CameraRig cameras = ChooseViews(views, shelf.request.cameras).cameras;
   const HeldOutSet set = ReadHeldOutSet(folder + "/held_out_set.json", views);
   const TrackSequence reference =  // names the people of the set
       ReadTracks(folder + "/paper_code_shelf_warm3.json");

@@ -243,6 +243,17 @@ TEST(Tuning, SuggestsAKeyForAnUnknownKeyInTheFile) {
               HasSubstr("did you mean"));
 }
 
+TEST(Tuning, StrategiesByRulesTakeNoParametersFromTheFile) {
+  const testing::TemporaryFolder folder;
+  const std::string path =
+      folder.Write("parameters.toml", "[first.butterworth]\ncutoff_hz = 3\n");
+  const ParameterFile read =
+      ReadParameters(path, ChooseStrategies({"butterworth_yu", "butterworth"}),
+                     25.0, EstimatorOptions());
+  const std::vector<FoldValues> expected = {{{}}, {{3.0}}};
+  EXPECT_EQ(read.strategies, expected);
+}
+
 // ---- Shifts
 
 TEST(Shift, ImageShiftOfACameraIsEstimatedAndRemoved) {
@@ -386,6 +397,17 @@ TEST(Strategies, GridHasAllCombinations) {
                              one_euro.parameters[1].grid.size());
   EXPECT_EQ(grid[1][0], one_euro.parameters[0].grid[0]);
   EXPECT_EQ(grid[1][1], one_euro.parameters[1].grid[1]);
+}
+
+TEST(Strategies, RecommendationKeepsSkeletonsOfTheConfiguration) {
+  const RunOptions options = ParseRunOptions(
+      "mode = \"graph\"\n[detections]\nskeleton = \"my body\"\n"
+      "[skeletons.\"my body\"]\njoints = [\"tail\", \"head\", \"paw\"]\n"
+      "bones = [[\"tail\", \"head\"], [\"head\", \"paw\"]]\n",
+      "", "");
+  const RunOptions read = ParseRunOptions(ChangedKeysToml(options), "", "");
+  EXPECT_EQ(read.user_skeletons, options.user_skeletons);
+  EXPECT_EQ(read.user_skeletons.size(), 1u);
 }
 
 // ---- The command

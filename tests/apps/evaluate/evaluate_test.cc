@@ -447,6 +447,25 @@ TEST_F(EvaluateWalkerTest, ReportsThatNoPersonIsFound) {
   }
 }
 
+// The views of other cameras than cameras.use are not part of the runs.
+TEST_F(EvaluateProgramTest, HoldsOutOnlyTheCamerasThatAreUsed) {
+  const CameraRig rig = RingOfCameras(5);
+  const std::string config = folder_.Write(
+      "use.toml",
+      "mode = \"paper\"\n[cameras]\nuse = [\"cam0\", \"cam1\", \"cam3\", "
+      "\"cam4\"]\n[cameras.map]\ncam1 = \"cam1\"\n");
+  WriteCameras(Path("cameras.json"), rig);
+  WriteDetections(Path("detections.jsonl"), SeenBy(rig, 50, [](int f) {
+                    return std::vector<Pose3d>{StandingPerson(0.01 * f, 0.0)};
+                  }));
+  const std::string json = Path("result.json");
+  Done("evaluate", "--protocol=held_out_camera --cameras='" +
+                       Path("cameras.json") + "' --detections='" +
+                       Path("detections.jsonl") + "' --config='" + config +
+                       "' --json='" + json + "'");
+  EXPECT_EQ(ParseJson(ContentOf(json), json)["result"]["cap_px"].size(), 4u);
+}
+
 TEST(EvaluateProgramOnShelfTest, ScoresHeldOutCamerasOfGivenRuns) {
   KINEGRAPH_DATA_OR_SKIP(shelf, "shelf");
   const std::string reference = shelf + "/reference/";

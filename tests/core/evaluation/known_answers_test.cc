@@ -217,7 +217,7 @@ HeldOutScores ScoreAuthors(const std::string& folder) {
       ReadDetections(folder + "/detections/openpose");
   const std::vector<std::string>& views = detections.header.view_names;
   const CameraRig cameras =
-      CamerasOfViews(views, ReadCameras(folder + "/calibration.json"));
+      ChooseViews(views, ReadCameras(folder + "/calibration.json")).cameras;
   const HeldOutSet set =
       ReadHeldOutSet(reference_folder + "held_out_set.json", views);
   HeldOutScores scores;

@@ -149,10 +149,37 @@ TEST(ViewPairing, RefusesAmbiguousPairs) {
 
 TEST(ViewPairing, ReturnsCamerasInTheOrderOfViews) {
   const CameraRig paired =
-      CamerasOfViews({"cam0", "cam1"}, Rig({"Camera1", "Camera0"}));
+      ChooseViews({"cam0", "cam1"}, Rig({"Camera1", "Camera0"})).cameras;
   ASSERT_EQ(paired.size(), 2u);
   EXPECT_EQ(paired[0].name(), "Camera0");
   EXPECT_EQ(paired[1].name(), "Camera1");
+}
+
+TEST(ViewPairing, LeavesOutViewsOfOtherCameras) {
+  CameraReadOptions options;
+  options.use = {"cam2", "cam0"};
+  const UsedViews used =
+      ChooseViews({"cam0", "cam1", "cam2"}, Rig(options.use), options);
+  EXPECT_THAT(used.views, ElementsAre(0, 2));
+  ASSERT_EQ(used.cameras.size(), 2u);
+  EXPECT_EQ(used.cameras[1].name(), "cam2");
+  DetectionSequence detections;
+  detections.header.view_names = {"cam0", "cam1", "cam2"};
+  detections.frames.emplace_back().views.resize(3);
+  detections.frames[0].views[2].detections.emplace_back();
+  KeepViews(used.views, &detections);
+  EXPECT_THAT(detections.header.view_names, ElementsAre("cam0", "cam2"));
+  ASSERT_EQ(detections.frames[0].views.size(), 2u);
+  EXPECT_EQ(detections.frames[0].views[1].detections.size(), 1u);
+}
+
+TEST(ViewPairing, ViewsThatAreLeftOutNeedNoCamera) {
+  const UsedViews used =
+      ChooseViews({"cam0", "cam1"}, Rig({"cam0"}), {}, {"cam1"});
+  EXPECT_THAT(used.views, ElementsAre(0));
+  EXPECT_THAT(
+      InputErrorOf([] { ChooseViews({"cam0"}, Rig({"cam0"}), {}, {"cam9"}); }),
+      HasSubstr("no view or camera is named 'cam9'"));
 }
 
 }  // namespace
