@@ -525,6 +525,34 @@ TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
   EXPECT_LE(found.rig.likely_right, 0.5);
 }
 
+// A detector that runs on every n-th frame.
+TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
+  const Scene scene = Walkers(20.0);
+  NoiseOptions noise = Noise();
+  noise.clock_offset_s = {0.0, 0.24, 0.0};
+  const DetectionSequence all = Observe(scene, noise, nullptr);
+  DetectionSequence numbered = all;
+  numbered.frames.clear();
+  for (size_t k = 0; k < all.frames.size(); k += 2) {
+    numbered.frames.push_back(all.frames[k]);
+  }
+  DetectionSequence renumbered = numbered;
+  renumbered.header.frame_rate_hz *= 0.5;
+  for (DetectionFrame& frame : renumbered.frames) frame.frame /= 2;
+  const RigResult rig = Calibrated(scene, numbered).rig;
+  const RigResult expected = Calibrated(scene, renumbered).rig;
+  ASSERT_TRUE(expected.clocks_told);
+  EXPECT_TRUE(rig.clocks_told);
+  EXPECT_EQ(rig.verdict, expected.verdict);
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    EXPECT_NEAR(rig.views[v].clock_s, expected.views[v].clock_s, 1e-6);
+    EXPECT_NEAR(rig.views[v].clock_sigma_s, expected.views[v].clock_sigma_s,
+                1e-6);
+    EXPECT_NEAR(rig.views[v].rotation_sigma_deg,
+                expected.views[v].rotation_sigma_deg, 1e-6);
+  }
+}
+
 TEST(Rig, RefusesViewsOfDifferentRoomsAndEmptyViews) {
   const Scene scene = Walkers(10.0);
   DetectionSequence apart = Observe(scene, Noise(), nullptr);
