@@ -98,6 +98,26 @@ int64_t NumberStep(const std::vector<DetectionFrame>& frames) {
   return std::max<int64_t>(1, step);
 }
 
+// Refuses recordings in which far more frames are missing than fit in memory.
+void CheckGaps(const std::vector<DetectionFrame>& frames, int64_t step) {
+  constexpr int64_t kMostMissing = 1'000'000;
+  int64_t widest = 0;
+  size_t after = 0;
+  for (size_t k = 1; k < frames.size(); ++k) {
+    const int64_t gap = frames[k].frame - frames[k - 1].frame;
+    if (gap <= widest) continue;
+    widest = gap;
+    after = k;
+  }
+  const int64_t all = (frames.back().frame - frames.front().frame) / step + 1;
+  if (all - static_cast<int64_t>(frames.size()) <= kMostMissing) return;
+  throw InputError(fmt::format(
+      "--detections: frame {} is followed by frame {}, expected at most {} "
+      "missing frames in a recording: calibrate the parts before and after "
+      "separately",
+      frames[after - 1].frame, frames[after].frame, kMostMissing));
+}
+
 // The recording with every NumberStep-th frame number from the first to the
 // last, numbered consecutively, at nominal times, which replace the capture
 // times. `late_s`: mean difference of each view's capture times from the
@@ -107,6 +127,7 @@ DetectionSequence Regular(DetectionSequence detections,
   DetectionSequence recording;
   recording.header = detections.header;
   const int64_t step = NumberStep(detections.frames);
+  CheckGaps(detections.frames, step);
   recording.header.frame_rate_hz /= static_cast<double>(step);
   const double beat_s = 1.0 / recording.header.frame_rate_hz;
   const int64_t first = detections.frames.front().frame;

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/geometry/lens.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
@@ -550,6 +551,23 @@ TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
                 1e-6);
     EXPECT_NEAR(rig.views[v].rotation_sigma_deg,
                 expected.views[v].rotation_sigma_deg, 1e-6);
+  }
+}
+
+TEST(Rig, RefusesAGapOfTooManyFrames) {
+  const Scene scene = Walkers(4.0);
+  DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  for (size_t k = 50; k < recording.frames.size(); ++k) {
+    recording.frames[k].frame += 3'000'000;
+  }
+  try {
+    Calibrated(scene, recording);
+    FAIL() << "expected an error";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("--detections: frame 49 is followed by frame 3000050"),
+              std::string::npos)
+        << error.what();
   }
 }
 
