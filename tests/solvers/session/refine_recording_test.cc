@@ -145,6 +145,20 @@ TEST(RefineRecording, ClocksAreFoundIfPeopleHopAndStop) {
   }
 }
 
+// At 4 Hz, motion segments of the usual fifth of a second have one frame.
+TEST(RefineRecording, ClocksAreFoundAtLowFrameRates) {
+  FaultySceneOptions options = {22, 5, 4, 20.0};
+  options.frame_rate_hz = 4.0;
+  options.clock_offset_s = {0.0, 0.0, 0.5, 0.0, 0.0};
+  const ReadyRecording refined =
+      Ready(MakeFaultyScene(options), "cameras.refine_clock=true");
+  EXPECT_FALSE(refined.refinement->hardly_moves);
+  for (size_t v = 0; v < 5; ++v) {
+    EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
+                0.03);
+  }
+}
+
 TEST(RefineRecording, OtherCalibrationsHaveNoRecord) {
   const testing::TemporaryFolder folder;
   EXPECT_FALSE(ReadRefinementRecord(folder.path().string()).has_value());
