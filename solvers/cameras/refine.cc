@@ -1,5 +1,7 @@
 #include "solvers/cameras/refine.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -134,14 +136,23 @@ double SamplesAtOnce(const SceneSegments& segments) {
                           : samples / static_cast<double>(distinct.size());
 }
 
+// Segments long enough at low frame rates: a velocity needs three frames.
+SegmentOptions OfThreeFrames(SegmentOptions options,
+                             const DetectionSequence& detections) {
+  constexpr double kFrames = 2.2;
+  options.span_s =
+      std::max(options.span_s, kFrames * ToSeconds(BeatOf(detections)));
+  return options;
+}
+
 // Whether any clock is farther from the median than motion segments can
 // determine.
-bool AnyIsFar(const std::vector<CameraChange>& changes) {
+bool AnyIsFar(const std::vector<CameraChange>& changes, double farthest_s) {
   const double usual_s = UsualClock(changes, kOffsetAt);
-  return std::any_of(
-      changes.begin(), changes.end(), [&](const CameraChange& one) {
-        return std::abs(one[kOffsetAt] - usual_s) > kFarthestClockS;
-      });
+  return std::any_of(changes.begin(), changes.end(),
+                     [&](const CameraChange& one) {
+                       return std::abs(one[kOffsetAt] - usual_s) > farthest_s;
+                     });
 }
 
 }  // namespace
@@ -222,9 +233,11 @@ Refinement RefineScene(const CameraRig& cameras,
   refinement.changes.assign(cameras.size(), CameraChange::Zero());
   refinement.sigmas = refinement.changes;
   refinement.places.resize(cameras.size());
+  BundleOptions bundle = given;
+  bundle.segments = OfThreeFrames(given.segments, detections);
   const SceneSegments segments =
-      MakeSegments(cameras, detections, matches, given.segments);
-  const BundleOptions bundle = WithLastingErrors(given, segments);
+      MakeSegments(cameras, detections, matches, bundle.segments);
+  bundle = WithLastingErrors(bundle, segments);
   refinement.segments = static_cast<int64_t>(segments.segments.size());
   const bool enough = segments.segments.size() >= kLeastSegments;
   const FreeParameters clocks = ClockParametersOf(segments.span_s);
@@ -273,10 +286,13 @@ Refinement RefineScene(const CameraRig& cameras,
     refinement = clocks_alone;
     refinement.steps.push_back(std::move(refused));
   }
-  if (!AnyIsFar(refinement.changes)) return refinement;
+  const double farthest_s =
+      std::max(kFarthestClockS, 0.5 * bundle.segments.span_s);
+  if (!AnyIsFar(refinement.changes, farthest_s)) return refinement;
   RefineStep clock = refinement.steps.front();
   clock.taken = false;
-  clock.reason = "estimated clock errors of more than 0.1 s may be noise";
+  clock.reason = fmt::format(
+      "estimated clock errors of more than {:.2g} s may be noise", farthest_s);
   RefineOptions cameras_alone = options;
   cameras_alone.refine_clock = false;
   refinement = RefineScene(cameras, detections, matches, cameras_alone, given);
@@ -351,12 +367,13 @@ void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
   // A single fit, unlike the many fits of the decisions, can afford more
   // segments.
   constexpr int kTimesMore = 4;
-  SegmentOptions more = bundle.segments;
-  more.max_segments *= kTimesMore;
-  const SceneSegments segments =
-      MakeSegments(RefinedCameras(cameras, start), detections, matches, more);
+  BundleOptions more = bundle;
+  more.segments = OfThreeFrames(bundle.segments, detections);
+  more.segments.max_segments *= kTimesMore;
+  const SceneSegments segments = MakeSegments(
+      RefinedCameras(cameras, start), detections, matches, more.segments);
   const BundleResult result = AdjustBundle(cameras, segments, free, start,
-                                           WithLastingErrors(bundle, segments));
+                                           WithLastingErrors(more, segments));
   if (!result.usable) return;
   refinement->segments = static_cast<int64_t>(segments.segments.size());
   for (size_t v = 0; v < cameras.size(); ++v) {

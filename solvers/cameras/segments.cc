@@ -76,17 +76,6 @@ std::vector<Run> RunsOf(size_t person, const std::vector<SeenFrame>& frames,
   return runs;
 }
 
-// Median interval between frames.
-TimeNs BeatOf(const DetectionSequence& detections) {
-  std::vector<double> gaps;
-  for (size_t k = 1; k < detections.frames.size(); ++k) {
-    gaps.push_back(static_cast<double>(detections.frames[k].time -
-                                       detections.frames[k - 1].time));
-  }
-  if (gaps.empty()) return FromSeconds(1.0);
-  return static_cast<TimeNs>(Quantile(gaps, 0.5));
-}
-
 double JointSigma(const SegmentOptions& options, const Keypoint& joint,
                   const Camera& camera, double depth_m) {
   constexpr double kReferencePxPerMetre = 1000.0 / 4.0;
@@ -442,6 +431,16 @@ DetectionSequence WithUsualConfidences(DetectionSequence detections) {
   ForEachJoint(&detections,
                [&](Keypoint* joint) { joint->confidence *= kUsual / median; });
   return detections;
+}
+
+TimeNs BeatOf(const DetectionSequence& detections) {
+  std::vector<double> gaps;
+  for (size_t k = 1; k < detections.frames.size(); ++k) {
+    gaps.push_back(static_cast<double>(detections.frames[k].time -
+                                       detections.frames[k - 1].time));
+  }
+  if (gaps.empty()) return FromSeconds(1.0);
+  return static_cast<TimeNs>(Quantile(gaps, 0.5));
 }
 
 SceneSegments MakeSegments(const CameraRig& cameras,

@@ -90,6 +90,9 @@ DetectionSequence WithUsualConfidences(DetectionSequence detections);
 // The detection with this index_in_file; null if there is none.
 const Detection* FindDetection(const ViewDetections& view, int index_in_file);
 
+// Median interval between frames.
+TimeNs BeatOf(const DetectionSequence& detections);
+
 // Segments of the people in `matches`. `cameras`: one per view of the
 // detections. A segment is of one joint that at least two views saw and that
 // can be triangulated.

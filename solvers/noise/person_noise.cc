@@ -123,7 +123,8 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place) {
       auto& kept = points_.emplace_back();
       kept.setConstant(std::nanf(""));
       if (point.has_value()) {
-        kept.col(0) = point->position_m.cast<float>();
+        if (!origin_m_.has_value()) origin_m_ = point->position_m;
+        kept.col(0) = (point->position_m - *origin_m_).cast<float>();
         kept.col(1) = point->covariance_m2.diagonal().cast<float>();
       }
     }

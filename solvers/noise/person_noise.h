@@ -133,7 +133,10 @@ class PersonNoise {
   std::vector<Frame> frames_;
   // For a whole recording, until its lag is known: triangulated points and the
   // variances of their axes, [frame][joint] in a row; NaN if there is no point.
+  // Points are relative to the first, because float rounds georeferenced
+  // positions to decimetres.
   bool keeps_points_ = false;
+  std::optional<Eigen::Vector3d> origin_m_;
   std::vector<Eigen::Matrix<float, 3, 2>> points_;
   // Likelihoods of the levels by frame and group; all one if none of the
   // group's joints was triangulated.

@@ -88,26 +88,60 @@ constexpr int kRoundIterations = 5;
 constexpr double kLeastOfUsual = 0.8;
 constexpr double kLeastAgreement = 0.5;
 
-// The recording with every frame number from the first to the last, at nominal
-// times, which replace the capture times. `late_s`: mean difference of each
-// view's capture times from the nominal times.
+// Greatest common divisor of the steps between frame numbers: n if a detector
+// ran on every n-th frame.
+int64_t NumberStep(const std::vector<DetectionFrame>& frames) {
+  int64_t step = 0;
+  for (const DetectionFrame& frame : frames) {
+    step = std::gcd(step, frame.frame - frames.front().frame);
+  }
+  return std::max<int64_t>(1, step);
+}
+
+// Refuses recordings in which far more frames are missing than fit in memory.
+void CheckGaps(const std::vector<DetectionFrame>& frames, int64_t step) {
+  constexpr int64_t kMostMissing = 1'000'000;
+  int64_t widest = 0;
+  size_t after = 0;
+  for (size_t k = 1; k < frames.size(); ++k) {
+    const int64_t gap = frames[k].frame - frames[k - 1].frame;
+    if (gap <= widest) continue;
+    widest = gap;
+    after = k;
+  }
+  const int64_t all = (frames.back().frame - frames.front().frame) / step + 1;
+  if (all - static_cast<int64_t>(frames.size()) <= kMostMissing) return;
+  throw InputError(fmt::format(
+      "--detections: frame {} is followed by frame {}, expected at most {} "
+      "missing frames in a recording: calibrate the parts before and after "
+      "separately",
+      frames[after - 1].frame, frames[after].frame, kMostMissing));
+}
+
+// The recording with every NumberStep-th frame number from the first to the
+// last, numbered consecutively, at nominal times, which replace the capture
+// times. `late_s`: mean difference of each view's capture times from the
+// nominal times.
 DetectionSequence Regular(DetectionSequence detections,
                           std::vector<double>* late_s) {
   DetectionSequence recording;
   recording.header = detections.header;
+  const int64_t step = NumberStep(detections.frames);
+  CheckGaps(detections.frames, step);
+  recording.header.frame_rate_hz /= static_cast<double>(step);
   const double beat_s = 1.0 / recording.header.frame_rate_hz;
   const int64_t first = detections.frames.front().frame;
   const TimeNs zero = detections.frames.front().time;
   late_s->assign(recording.header.view_names.size(), 0.0);
   for (DetectionFrame& frame : detections.frames) {
-    while (!recording.frames.empty() &&
-           recording.frames.back().frame + 1 < frame.frame) {
+    frame.frame = (frame.frame - first) / step;
+    while (static_cast<int64_t>(recording.frames.size()) < frame.frame) {
       DetectionFrame empty;
-      empty.frame = recording.frames.back().frame + 1;
+      empty.frame = static_cast<int64_t>(recording.frames.size());
       empty.views.resize(frame.views.size());
       recording.frames.push_back(std::move(empty));
     }
-    const double regular_s = static_cast<double>(frame.frame - first) * beat_s;
+    const double regular_s = static_cast<double>(frame.frame) * beat_s;
     for (size_t v = 0; v < frame.views.size(); ++v) {
       (*late_s)[v] +=
           (ToSeconds(frame.views[v].capture_time - zero) - regular_s) /
@@ -116,7 +150,7 @@ DetectionSequence Regular(DetectionSequence detections,
     recording.frames.push_back(std::move(frame));
   }
   for (DetectionFrame& frame : recording.frames) {
-    frame.time = FromSeconds(static_cast<double>(frame.frame - first) * beat_s);
+    frame.time = FromSeconds(static_cast<double>(frame.frame) * beat_s);
     for (ViewDetections& view : frame.views) view.capture_time = frame.time;
   }
   return recording;
@@ -960,7 +994,9 @@ class RigEstimate {
           "at about frame {} its residuals change {:.0f}-fold and those of the "
           "other views do not: {}; calibrate the parts before and after "
           "separately",
-          recording_.frames.front().frame + frame, ratios[v], cause);
+          input_.detections.frames.front().frame +
+              frame * NumberStep(input_.detections.frames),
+          ratios[v], cause);
     }
     return breaks;
   }
@@ -1001,7 +1037,8 @@ class RigEstimate {
         return fmt::format(
             "its images are {} in this part by about {} frames, because images "
             "were lost or repeated",
-            lag > 0 ? "late" : "early", std::abs(lag));
+            lag > 0 ? "late" : "early",
+            std::abs(lag) * NumberStep(input_.detections.frames));
       }
     }
     const auto fit = FitToSide(v, step, /*worse=*/true);

@@ -92,7 +92,8 @@ struct RigResult {
   // empty if there are none.
   std::string other_focal;
   double size_m = 0.0;  // twice the RMS distance of cameras from the centroid
-  // Detections of the joined views with their clocks corrected.
+  // Detections of the joined views with their clocks corrected, their frames
+  // numbered consecutively.
   DetectionSequence recording;
 };
 

@@ -260,11 +260,17 @@ CameraCheck::CameraCheck(CameraRig cameras, const Skeleton& detections,
 void CameraCheck::See(const DetectionFrame& seen, const TrackFrame& tracked) {
   constexpr TimeNs kBurst = 240'000'000;  // one segment, plus rounding
   constexpr size_t kMostFrames = 600;
-  const TimeNs first = kept_.empty() ? seen.time : kept_.front().seen.time;
-  const int64_t burst = (seen.time - first) / kBurst;
+  constexpr int64_t kMaxStride = int64_t{1} << 40;
+  if (last_time_.has_value()) {
+    // A clock that stops or steps back begins a new burst.
+    const TimeNs step = seen.time - *last_time_;
+    elapsed_ += step > 0 ? step : kBurst;
+  }
+  last_time_ = seen.time;
+  const int64_t burst = elapsed_ / kBurst;
   if (burst % stride_ != 0) return;
   kept_.push_back({burst, seen, tracked.people});
-  if (kept_.size() < kMostFrames) return;
+  if (kept_.size() < kMostFrames || stride_ >= kMaxStride) return;
   stride_ *= 2;
   kept_.erase(
       std::remove_if(kept_.begin(), kept_.end(),

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,8 +35,9 @@ class CameraCheck {
               const Skeleton& tracks);
 
   // Adds a frame and the tracks written for it; frames must be in ascending
-  // order. Keeps short bursts of frames, spread evenly over the recording;
-  // their number does not depend on its length.
+  // order, but their times may stop or step back. Keeps short bursts of frames,
+  // spread evenly over the recording; their number does not depend on its
+  // length.
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
   struct View {
@@ -68,6 +70,8 @@ class CameraCheck {
   CameraRig cameras_;
   std::vector<int> track_joint_;  // index of a detection's joint, or -1
   DetectionHeader header_;
+  std::optional<TimeNs> last_time_;
+  TimeNs elapsed_ = 0;  // since the first frame
   int64_t stride_ = 1;  // one burst in `stride_` is kept
   std::vector<Kept> kept_;
 };

@@ -296,6 +296,7 @@ RecordingCalibration CalibrateRecording(const RunOptions& options,
                   const DetectionSequence& recording) {
     SceneModel model = scene.model;
     model.cameras = cameras;
+    model.frame_rate_hz = recording.header.frame_rate_hz;
     return MatchRecording(options, model, recording);
   };
   CheckNames(input.length, rig.detections.header);

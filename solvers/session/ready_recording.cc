@@ -1,7 +1,11 @@
 #include "solvers/session/ready_recording.h"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "solvers/cameras/segments.h"
@@ -16,10 +20,9 @@ namespace kinegraph {
 namespace {
 
 std::vector<int> LagsOf(const RunScene& scene,
-                        const DetectionSequence& detections) {
-  return SearchClocks(
-             scene.model.cameras, IdealPeople(detections, scene.model.cameras),
-             static_cast<int>(kLongestLagS * scene.model.frame_rate_hz))
+                        const DetectionSequence& detections, int longest) {
+  return SearchClocks(scene.model.cameras,
+                      IdealPeople(detections, scene.model.cameras), longest)
       .lag_frames;
 }
 
@@ -54,6 +57,48 @@ DetectionSequence Clocked(const RunScene& scene, const RefinementRecord& record,
   return WithClocks(detections, changes);
 }
 
+// Whether parameters of cameras, not only of clocks, were estimated.
+bool EstimatesCameras(const Refinement& refinement) {
+  for (const std::vector<int>& places : refinement.places) {
+    for (const int place : places) {
+      if (place != kOffsetAt && place != kDriftAt) return true;
+    }
+  }
+  return false;
+}
+
+// Adds the uncertainty of `recorded` to `record`, for parameters of its cameras
+// that it does not contain; the two are independent.
+void AddUncertainty(const RefinementRecord& recorded,
+                    RefinementRecord* record) {
+  if (recorded.covariance.rows() == 0) return;
+  const Eigen::Index own = record->covariance.rows();
+  const Eigen::Index added = recorded.covariance.rows();
+  Eigen::MatrixXd both = Eigen::MatrixXd::Zero(own + added, own + added);
+  both.topLeftCorner(own, own) = record->covariance;
+  both.bottomRightCorner(added, added) = recorded.covariance;
+  std::map<std::pair<std::string, int>, Eigen::Index> row_of;
+  Eigen::Index at = 0;
+  for (const RefinementRecord* one : {&std::as_const(*record), &recorded}) {
+    for (const RefinementRecord::Camera& camera : one->cameras) {
+      for (const int place : camera.places) {
+        row_of.try_emplace({camera.name, place}, at++);
+      }
+    }
+  }
+  std::vector<Eigen::Index> rows;
+  for (RefinementRecord::Camera& camera : record->cameras) {
+    camera.places.clear();
+    for (int place = 0; place < kChangeSize; ++place) {
+      const auto row = row_of.find({camera.name, place});
+      if (row == row_of.end()) continue;
+      camera.places.push_back(place);
+      rows.push_back(row->second);
+    }
+  }
+  record->covariance = Eigen::MatrixXd(both(rows, rows));
+}
+
 // `cameras`, each replaced by the camera of the same name in `others`, if any.
 CameraRig WithNamesakes(CameraRig cameras, const CameraRig& others) {
   for (Camera& camera : cameras) {
@@ -86,9 +131,15 @@ ReadyRecording RefineRecording(const RunOptions& options,
   RunScene scene = PrepareScene(options, request, detections.header);
   const DetectionSequence asked = AskedFrames(request, detections);
   DetectionSequence used = WithUsualConfidences(UsedViewsOf(scene, asked));
+  double beat_s = 1.0 / scene.model.frame_rate_hz;  // of a lag
   std::vector<int> lags(scene.used_views.size(), 0);
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
-    lags = LagsOf(scene, used);
+    if (!options.input.independent_frames) {
+      const int64_t step = UsualStep(used.frames);
+      beat_s *= static_cast<double>(step);
+      used = OnGrid(used, step, std::llround(kLongestLagS / beat_s));
+    }
+    lags = LagsOf(scene, used, static_cast<int>(kLongestLagS / beat_s));
   }
   ReadyRecording ready;
   Refinement& refinement = ready.refinement.emplace();
@@ -125,7 +176,7 @@ ReadyRecording RefineRecording(const RunOptions& options,
   }
   for (size_t v = 0; v < lags.size(); ++v) {
     // The frames were already shifted by whole frames.
-    refinement.changes[v][kOffsetAt] -= lags[v] / scene.model.frame_rate_hz;
+    refinement.changes[v][kOffsetAt] -= lags[v] * beat_s;
   }
   scale.IntoWorld(&refinement);
   const CameraRig refined = RefinedCameras(stated, refinement.changes);
@@ -199,6 +250,10 @@ ReadyRecording MakeRecordingReady(
   if (!ready.detections.has_value()) own = read();
   if (options.refine.any()) {
     ready = RefineRecording(options, request, own);
+    // Cameras that are unchanged are as uncertain as before.
+    if (recorded.has_value() && !EstimatesCameras(*ready.refinement)) {
+      AddUncertainty(*recorded, &*ready.record);
+    }
   }
   if (options.refine.ground == GroundKind::kOff) return ready;
   // The ground is estimated from one more run over the recording, with the

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "core/base/random.h"
@@ -16,7 +17,8 @@ using Eigen::Vector3d;
 constexpr double kLength = 0.42;  // m
 
 Skeleton Legs() {
-  return Skeleton("legs", {"l_knee", "l_ankle", "r_knee", "r_ankle"},
+  return Skeleton("legs",
+                  {"l_knee", "l_ankle", "r_knee", "r_ankle", "l_hip", "r_hip"},
                   {{0, 1}, {2, 3}});
 }
 
@@ -271,6 +273,13 @@ TEST(BoneSpreads, PopulationPriorWithoutObservations) {
   EXPECT_EQ(estimate.looks, 0);
 }
 
+TEST(BoneSpreads, AnimalsHaveNoPopulationPrior) {
+  std::vector<std::string> joints = Legs().joints();
+  joints.emplace_back("tail_base");
+  const BoneSpreads spreads(Skeleton("animal", joints, Legs().bones()));
+  EXPECT_FALSE(spreads.Estimate(0).has_value());
+}
+
 TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
   BoneSimulator simulator(6);
   BoneSpreads spreads(Skeleton("face", {"nose", "chin"}, {{0, 1}}));
@@ -281,6 +290,14 @@ TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
   ASSERT_TRUE(spreads.Estimate(0).has_value());
   // The median of 25 observations with errors of 1 cm is accurate to 2.5 mm.
   EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
+}
+
+// As long as a two-joint subject in the scale of a run.
+TEST(BoneLengths, LongBoneIsKnown) {
+  BoneLengths lengths(Skeleton("wand", {"top", "grip"}, {{0, 1}}));
+  lengths.Add(0, 1.7, 2.0);
+  ASSERT_TRUE(lengths.Length(0).has_value());
+  EXPECT_NEAR(*lengths.Length(0), 1.7, 0.002);
 }
 
 TEST(BoneSpreads, BoneWithLargeSpreadIsNotUsed) {

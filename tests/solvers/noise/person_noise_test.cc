@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/cameras/camera_change.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/simulated_person.h"
@@ -228,6 +229,33 @@ TEST_F(PersonNoiseTest, ReversedRecordingHasTheReversedProcessNoise) {
   // Near its first frame, a filter has little information.
   for (size_t k = 60; k + 60 < forwards.size(); ++k) {
     EXPECT_NEAR(backwards[k] / forwards[k], 1.0, 0.1) << k;
+  }
+}
+
+// As in UTM coordinates.
+TEST_F(PersonNoiseTest, ProcessNoiseDoesNotDependOnTheOriginOfTheWorld) {
+  const std::vector<std::vector<State>> truth =
+      testing::WalkingMotion(scene_, 300);
+  LearnWhole(See(truth, 1.0 / 3.0, 15).frames);
+  const PersonProblem near = problem_;
+  const Eigen::Vector3d shift_m(448000.0, 5400000.0, 300.0);
+  scene_.cameras = Edited(scene_.cameras, [&](CameraParameters* camera) {
+    camera->t -= camera->R * shift_m;
+  });
+  std::vector<std::vector<State>> far = truth;
+  for (std::vector<State>& joint : far) {
+    for (State& state : joint) state.head<3>() += shift_m;
+  }
+  LearnWhole(See(far, 1.0 / 3.0, 15).frames);
+  for (size_t j = 0; j < truth.size(); ++j) {
+    ASSERT_EQ(problem_.joints[j].process_noise.size(),
+              near.joints[j].process_noise.size());
+    for (size_t k = 0; k < near.joints[j].process_noise.size(); ++k) {
+      EXPECT_NEAR(
+          problem_.joints[j].process_noise[k] / near.joints[j].process_noise[k],
+          1.0, 0.05)
+          << j << " " << k;
+    }
   }
 }
 

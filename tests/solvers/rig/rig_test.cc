@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/geometry/lens.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
@@ -523,6 +524,51 @@ TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
       Calibrated(scene, Observe(scene, Noise(), nullptr));
   EXPECT_NE(found.rig.verdict, RigVerdict::kCalibrated);
   EXPECT_LE(found.rig.likely_right, 0.5);
+}
+
+// A detector that runs on every n-th frame.
+TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
+  const Scene scene = Walkers(20.0);
+  NoiseOptions noise = Noise();
+  noise.clock_offset_s = {0.0, 0.24, 0.0};
+  const DetectionSequence all = Observe(scene, noise, nullptr);
+  DetectionSequence numbered = all;
+  numbered.frames.clear();
+  for (size_t k = 0; k < all.frames.size(); k += 2) {
+    numbered.frames.push_back(all.frames[k]);
+  }
+  DetectionSequence renumbered = numbered;
+  renumbered.header.frame_rate_hz *= 0.5;
+  for (DetectionFrame& frame : renumbered.frames) frame.frame /= 2;
+  const RigResult rig = Calibrated(scene, numbered).rig;
+  const RigResult expected = Calibrated(scene, renumbered).rig;
+  ASSERT_TRUE(expected.clocks_told);
+  EXPECT_TRUE(rig.clocks_told);
+  EXPECT_EQ(rig.verdict, expected.verdict);
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    EXPECT_NEAR(rig.views[v].clock_s, expected.views[v].clock_s, 1e-6);
+    EXPECT_NEAR(rig.views[v].clock_sigma_s, expected.views[v].clock_sigma_s,
+                1e-6);
+    EXPECT_NEAR(rig.views[v].rotation_sigma_deg,
+                expected.views[v].rotation_sigma_deg, 1e-6);
+  }
+}
+
+TEST(Rig, RefusesAGapOfTooManyFrames) {
+  const Scene scene = Walkers(4.0);
+  DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  for (size_t k = 50; k < recording.frames.size(); ++k) {
+    recording.frames[k].frame += 3'000'000;
+  }
+  try {
+    Calibrated(scene, recording);
+    FAIL() << "expected an error";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("--detections: frame 49 is followed by frame 3000050"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(Rig, RefusesViewsOfDifferentRoomsAndEmptyViews) {

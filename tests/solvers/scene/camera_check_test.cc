@@ -119,5 +119,28 @@ TEST(CameraCheck, CoversTheWholeRecording) {
   EXPECT_LT(check.Views()[0].x_px, -30.0);
 }
 
+// Detections that are read again for the report have the file's own times.
+TEST(CameraCheck, AClockThatStopsOrRestartsIsNoError) {
+  FaultySceneOptions options = {36};
+  options.duration_s = 80.0;  // 2000 frames
+  const FaultyScene scene = MakeFaultyScene(options);
+  for (const size_t clip : {1, 25}) {
+    FaultyScene restarted = scene;
+    const Scene& truth = restarted.scene;
+    CameraCheck check(restarted.cameras, scene.detections.header.skeleton,
+                      truth.skeleton);
+    const std::vector<TrackFrame> tracked = TruthOf(truth).frames;
+    for (size_t k = 0; k < tracked.size(); ++k) {
+      DetectionFrame& frame = restarted.detections.frames[k];
+      frame.time = scene.detections.frames[k % clip].time;
+      for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+      check.See(frame, tracked[k]);
+    }
+    const std::vector<CameraCheck::View> views = check.Views();
+    ASSERT_EQ(views.size(), 5u);
+    for (const CameraCheck::View& view : views) EXPECT_GT(view.people, 0);
+  }
+}
+
 }  // namespace
 }  // namespace kinegraph

@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "apps/common/recording_output.h"
 #include "core/base/error.h"
+#include "core/base/random.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/io/calibration/calibration.h"
 #include "solvers/session/ready_recording.h"
@@ -143,6 +146,98 @@ TEST(RefineRecording, ClocksAreFoundIfPeopleHopAndStop) {
     EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
                 0.0016);
   }
+}
+
+// At 4 Hz, motion segments of the usual fifth of a second have one frame.
+TEST(RefineRecording, ClocksAreFoundAtLowFrameRates) {
+  FaultySceneOptions options = {22, 5, 4, 20.0};
+  options.frame_rate_hz = 4.0;
+  options.clock_offset_s = {0.0, 0.0, 0.5, 0.0, 0.0};
+  const ReadyRecording refined =
+      Ready(MakeFaultyScene(options), "cameras.refine_clock=true");
+  EXPECT_FALSE(refined.refinement->hardly_moves);
+  for (size_t v = 0; v < 5; ++v) {
+    EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
+                0.03);
+  }
+}
+
+// A detector ran on every fifth frame: three recorded frames are 0.6 s.
+TEST(RefineRecording, ClocksAreFoundInEveryFifthFrame) {
+  FaultySceneOptions options = {24, 5, 4, 30.0};
+  options.clock_offset_s = {0.0, 0.0, 0.6, 0.0, 0.0};
+  FaultyScene scene = MakeFaultyScene(options);
+  std::vector<DetectionFrame>& frames = scene.detections.frames;
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [](const DetectionFrame& one) {
+                                return one.frame % 5 != 0;
+                              }),
+               frames.end());
+  const ReadyRecording refined = Ready(scene, "cameras.refine_clock=true");
+  for (size_t v = 0; v < 5; ++v) {
+    EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
+                0.03);
+  }
+}
+
+TEST(RefineRecording, ClocksAreFoundIfFramesAreMissing) {
+  FaultySceneOptions options = {25, 5, 4, 16.0};
+  options.clock_offset_s = {0.0, 0.0, 0.6, 0.0, 0.0};
+  FaultyScene scene = MakeFaultyScene(options);
+  std::vector<DetectionFrame>& frames = scene.detections.frames;
+  Random random(1);
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [&](const DetectionFrame&) {
+                                return random.Uniform(0.0, 1.0) < 0.25;
+                              }),
+               frames.end());
+  const ReadyRecording refined = Ready(scene, "cameras.refine_clock=true");
+  for (size_t v = 0; v < 5; ++v) {
+    EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
+                0.01);
+  }
+}
+
+// As calibrate --in_step writes it, with views that share their clocks.
+TEST(RefineRecording, UnchangedCamerasKeepTheirRecordedUncertainty) {
+  RefinementRecord recorded;
+  FaultySceneOptions options = {23, 5, 4, 6.0};
+  const FaultyScene scene = MakeFaultyScene(options);
+  for (const Camera& camera : scene.cameras) {
+    recorded.cameras.push_back(
+        {camera.name(),
+         0.0,
+         0.0,
+         {kRotationAt, kCentreAt, kCentreAt + 1, kCentreAt + 2}});
+  }
+  recorded.covariance = Eigen::MatrixXd::Constant(20, 20, 1e-7);
+  for (int i = 0; i < 20; ++i) recorded.covariance(i, i) += 1e-6 * (i + 1);
+  const auto ready = [&](const FaultyScene& of, const std::string& keys) {
+    RunRequest request;
+    request.cameras = of.cameras;
+    return MakeRecordingReady(OptionsWith(keys), request, recorded,
+                              [&] { return of.detections; });
+  };
+  const ReadyRecording rejected = ready(scene, "cameras.refine=shift");
+  ASSERT_FALSE(rejected.refinement->any_taken());
+  EXPECT_EQ(rejected.record->covariance, recorded.covariance);
+  options.clock_offset_s = {0.0, 0.05, 0.0, -0.04, 0.0};
+  const ReadyRecording clocks =
+      ready(MakeFaultyScene(options), "cameras.refine_clock=true");
+  ASSERT_TRUE(clocks.refinement->any_taken());
+  Eigen::Index at = 0;
+  for (size_t v = 0; v < recorded.cameras.size(); ++v) {
+    const std::vector<int>& places = clocks.record->cameras[v].places;
+    const auto centre = std::find(places.begin(), places.end(), kCentreAt);
+    ASSERT_NE(centre, places.end());
+    const Eigen::Index row = at + (centre - places.begin());
+    const auto before = static_cast<Eigen::Index>(4 * v + 1);
+    EXPECT_EQ(clocks.record->covariance(row, row),
+              recorded.covariance(before, before));
+    at += static_cast<Eigen::Index>(places.size());
+  }
+  EXPECT_EQ(clocks.record->covariance.rows(), at);
+  EXPECT_GT(at, 20);  // with the clocks
 }
 
 TEST(RefineRecording, OtherCalibrationsHaveNoRecord) {
