@@ -223,6 +223,11 @@ CalibrationInput InputOfFlags(const RunOptions& options,
     }
     return input;
   }
+  if (FLAGS_focal.empty() && !FirstGiven({"focal_error"}).empty()) {
+    throw InputError(
+        "--focal_error: needs --focal or --cameras, whose focal lengths have "
+        "this error");
+  }
   input.cameras = RigOfFlags(detections);
   input.lenses_known = false;
   input.focal_stated = !FLAGS_focal.empty();
@@ -352,7 +357,9 @@ std::string ReportPath(const std::string& out) {
   return WithoutExtension(out) + ".calibrate.json";
 }
 
-// Throws for an unusable --out before minutes of work.
+// Throws for an unusable --out before minutes of work. To be called after
+// reading: the output may replace the input, and no folder is made for input
+// that cannot be read.
 void CheckOutput() {
   const std::string path = WithFolders(FLAGS_out);
   AtomicFiles files;
@@ -425,7 +432,6 @@ void RunCalibrate() {
   }
   const RunOptions options =
       DefaultOptions(FLAGS_frame_rate, FLAGS_skeleton, FLAGS_set);
-  CheckOutput();
   const DetectionSequence detections =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
   if (detections.header.view_names.size() < 2) {
@@ -436,7 +442,7 @@ void RunCalibrate() {
         "--frame_rate: not given, and the detections do not specify it [Hz]");
   }
   CalibrationInput input = InputOfFlags(options, detections);
-  CheckOutput();  // the output may replace the input
+  CheckOutput();
   std::unique_ptr<Progress> progress;
   std::string stage;
   input.progress = [&](const std::string& now, int done, int total) {

@@ -258,6 +258,9 @@ RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
                                           : SourceOpener());
   RecordingReporter reporter(session->scene(), source->header().skeleton,
                              IsLive());
+  reporter.set_has_clocks(recording.ready.refinement == std::nullopt &&
+                          recording.ready.record.has_value() &&
+                          recording.ready.record->has_clocks());
   reporter.set_empty_frames_left_out(
       CanBeReadAgain() &&
       LeavesOutEmptyFrames(FLAGS_detections, recording.options.detections));
@@ -426,12 +429,13 @@ void RunTrack() {
   RecordingReport report =
       TrackFrames(recording, source.get(), &session, &output);
   AddBadFrames(source->bad_frames(), &report);
-  NameInputs(
-      Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
-      Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +
-          Flag("frames", FLAGS_frames) +
-          Flag("without_cameras", FLAGS_without_cameras),
-      "", &report.warnings);
+  // Other commands read no stream, but its recorded file.
+  NameInputs(Flag("cameras", FLAGS_cameras) +
+                 Flag("detections", IsLive() ? "FILE" : FLAGS_detections),
+             Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +
+                 Flag("frames", FLAGS_frames) +
+                 Flag("without_cameras", FLAGS_without_cameras),
+             "", &report.warnings);
   const RunSummary& summary = session.summary();
   const std::optional<InputError> ended =
       live == nullptr ? std::nullopt : live->error();

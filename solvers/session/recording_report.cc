@@ -218,7 +218,9 @@ struct RecordingReporter::Impl {
     facts.empty_frames = empty_frames_;
     facts.in_seconds = scene_.header.mode == ToString(Mode::kGraph);
     facts.links = KeyOf("identity", "link", false);
+    facts.has_clocks = has_clocks_;
     facts.independent_frames = IndependentFrames();
+    facts.confirm_hits = ConfirmHits();
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
     facts.unfollowed = unfollowed_.Often();
     report.cameras_off = check_.Warnings(scale_.metres());
@@ -367,6 +369,18 @@ struct RecordingReporter::Impl {
     return KeyOf("input", "independent_frames", false);
   }
 
+  int64_t ConfirmHits() const {
+    constexpr double kPaperHz = 25.0;
+    TrackLifeOptions life;
+    life.confirm_s = KeyOf("tracking", "confirm_s", life.confirm_s);
+    life.max_age_s = KeyOf("tracking", "max_age_s", life.max_age_s);
+    life.independent_frames = IndependentFrames();
+    life.in_seconds = true;
+    const bool is_paper = scene_.header.mode == ToString(Mode::kPaper);
+    return LifeInFrames(life, is_paper ? kPaperHz : scene_.model.frame_rate_hz)
+        .confirm_hits;
+  }
+
   // Greatest speed covered by the gates. 0 for gates in pixels, and if
   // association predicts that people continue their motion, because people are
   // then followed at any speed.
@@ -445,6 +459,7 @@ struct RecordingReporter::Impl {
   int64_t steps_back_ = 0;
   int64_t empty_frames_ = 0;
   bool empty_frames_left_out_ = false;
+  bool has_clocks_ = false;
 };
 
 RecordingReporter::RecordingReporter(const RunScene& scene,
@@ -454,6 +469,9 @@ RecordingReporter::RecordingReporter(const RunScene& scene,
 RecordingReporter::~RecordingReporter() = default;
 void RecordingReporter::set_empty_frames_left_out(bool left_out) {
   impl_->empty_frames_left_out_ = left_out;
+}
+void RecordingReporter::set_has_clocks(bool has_clocks) {
+  impl_->has_clocks_ = has_clocks;
 }
 void RecordingReporter::set_scale(const SubjectScale& scale) {
   impl_->scale_ = scale;

@@ -94,12 +94,32 @@ class Warnings {
   }
 
   void AddNoPerson() {
+    // In short recordings few detections are enough.
+    const int64_t enough =
+        std::clamp<int64_t>(report_->frames / 2, 1, kEnoughDetections);
     size_t views = 0;
+    size_t showing = 0;  // views with any detections
     for (const CameraReport& camera : report_->cameras) {
-      views += camera.detections >= kEnoughDetections ? 1 : 0;
+      views += camera.detections >= enough ? 1 : 0;
+      showing += camera.detections > 0 ? 1 : 0;
+    }
+    if (showing >= 2 && report_->frames < facts_.confirm_hits) {
+      Add("nobody",
+          fmt::format("no person was found: {} {} few, because a track is "
+                      "written from {} frames with detections on",
+                      report_->frames,
+                      report_->frames == 1 ? "frame is too" : "frames are too",
+                      facts_.confirm_hits),
+          "--set=input.independent_frames=true if frames are single pictures");
+      return;
     }
     if (views < 2) {
-      Add("nobody", "no person was found: fewer than two views show anybody",
+      Add("nobody",
+          showing < 2
+              ? "no person was found: fewer than two views show anybody"
+              : fmt::format("no person was found: fewer than two views have "
+                            "{} detections or more",
+                            enough),
           "inspect the detections with `kinegraph report`, or the video");
       return;
     }
@@ -374,7 +394,8 @@ namespace {
 
 // The doctor's findings for the report, without the unit if the report has its
 // own warning about it.
-std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
+std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit,
+                              bool has_clocks) {
   std::vector<Finding> causes;
   for (Finding finding : diagnosis.findings) {
     if (!finding.significant || (finding.kind == "unit" && knows_unit))
@@ -382,7 +403,9 @@ std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
     // At a resolution of whole frames, misoriented cameras may resemble clock
     // errors; and the report writes no cameras.json.
     if (finding.kind == "clock_offset") {
-      finding.evidence += "; if this is a clock error, use " + finding.fix;
+      if (!has_clocks) {
+        finding.evidence += "; if this is a clock error, use " + finding.fix;
+      }
       finding.fix = kLookCloser;
     } else if (finding.fix.rfind(kUseCorrected, 0) == 0) {
       finding.fix = kLookCloser;
@@ -402,7 +425,8 @@ void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
   Warnings(facts, report).AddAll();
   const bool knows_unit =
       any([](const Finding& one) { return one.kind == "unit"; });
-  std::vector<Finding> causes = CausesOf(diagnosis, knows_unit);
+  std::vector<Finding> causes =
+      CausesOf(diagnosis, knows_unit, facts.has_clocks);
   report->warnings.insert(report->warnings.begin(),
                           std::make_move_iterator(causes.begin()),
                           std::make_move_iterator(causes.end()));

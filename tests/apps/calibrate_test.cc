@@ -73,6 +73,22 @@ TEST_F(CalibrateTest, FocalErrorOfOnePercentAppliesToCameras) {
   EXPECT_GT(std::abs(focal_px() - stated_px), 0.01);
 }
 
+TEST_F(CalibrateTest, AnErrorOfUnknownFocalLengthsIsRefused) {
+  EXPECT_THAT(
+      Refusal("calibrate", "--detections=" + Seconds(0.5) +
+                               " --image_size=1920,1080 --focal_error=10 "
+                               "--out=" +
+                               Path("c.json")),
+      HasSubstr("--focal_error: needs --focal"));
+}
+
+TEST_F(CalibrateTest, UnreadableInputLeavesNoFolders) {
+  Refusal("calibrate",
+          "--detections=" + folder_.Write("d.jsonl", "[\n") +
+              " --image_size=1920,1080 --out=" + Path("new/folder/c.json"));
+  EXPECT_FALSE(fs::exists(Path("new")));
+}
+
 // Lengths in millimetres instead of metres, and overflows.
 TEST_F(CalibrateTest, RefusesLengthsOutOfRange) {
   const std::string detections = Seconds(0.5);
