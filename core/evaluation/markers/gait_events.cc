@@ -1,5 +1,6 @@
 #include "core/evaluation/markers/gait_events.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -43,9 +44,14 @@ class Finder {
     const std::vector<Vector3d> left = PointsOf(motion_, "l_hip");
     const std::vector<Vector3d> right = PointsOf(motion_, "r_hip");
     pelvis_ = PointsOf(motion_, "mid_hip");
+    constexpr double kLeastWidthM = 0.05;
     for (size_t i = 0; i < pelvis_.size(); ++i) {
       const Vector3d middle = 0.5 * (left[i] + right[i]);
       if (middle.allFinite()) pelvis_[i] = middle;
+      // NaN without hips, or with hips above each other.
+      pelvis_faces_.push_back(up_.cross(right[i] - left[i]));
+      const double width_m = pelvis_faces_.back().norm();
+      pelvis_faces_.back() /= width_m > kLeastWidthM ? width_m : kNan;
     }
   }
 
@@ -92,21 +98,25 @@ class Finder {
     return PointsOf(motion_, "");
   }
 
-  // Distance ahead of the pelvis along the direction of the feet [m].
+  // Distance ahead of the pelvis [m], in the direction that it faces in each
+  // frame, because people turn; where that is unknown, in the direction of the
+  // feet over the recording.
   std::vector<double> Ahead(Foot foot, const std::vector<std::string>& names) {
     const std::vector<Vector3d> points = Part(foot, names);
     const std::vector<Vector3d> toes = Part(foot, {"big_toe", "small_toe"});
     const std::vector<Vector3d> heels = Part(foot, {"heel", "ankle"});
-    Vector3d forward = Vector3d::Zero();
+    Vector3d mean = Vector3d::Zero();
     for (size_t i = 0; i < points.size(); ++i) {
       const Vector3d sole = toes[i] - heels[i];
-      if (sole.allFinite()) forward += sole - sole.dot(up_) * up_;
+      if (sole.allFinite()) mean += sole - sole.dot(up_) * up_;
     }
-    if (forward.isZero()) forward = Way();
-    forward.normalize();
+    if (mean.isZero()) mean = Way();
+    mean.normalize();
     std::vector<double> ahead;
     for (size_t i = 0; i < points.size(); ++i) {
-      ahead.push_back(forward.dot(points[i] - pelvis_[i]));
+      const Vector3d& faces = pelvis_faces_[i];
+      ahead.push_back(
+          (faces.allFinite() ? faces : mean).dot(points[i] - pelvis_[i]));
     }
     return ahead;
   }
@@ -210,6 +220,7 @@ class Finder {
   const Vector3d up_;
   std::vector<double> times_s_;
   std::vector<Vector3d> pelvis_;
+  std::vector<Vector3d> pelvis_faces_;  // horizontal unit vectors, or NaN
 };
 
 // Times at which the load crosses the threshold, and whether upwards.
