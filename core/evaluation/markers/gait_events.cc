@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "core/base/constants.h"
+#include "core/base/median.h"
 #include "core/evaluation/statistics.h"
 
 namespace kinegraph {
@@ -16,6 +18,8 @@ using Eigen::Vector3d;
 
 // Minimum time between extremes of a step [s].
 constexpr double kWindowS = 0.2;
+// Gaps up to this length hide no extreme [s].
+constexpr double kGapS = 0.05;
 
 // A joint's positions, NaN where it is missing.
 std::vector<Vector3d> PointsOf(const TrackSequence& motion,
@@ -41,6 +45,11 @@ class Finder {
     for (const TrackFrame& frame : motion.frames) {
       times_s_.push_back(ToSeconds(frame.time));
     }
+    std::vector<double> steps_s;
+    for (size_t i = 1; i < times_s_.size(); ++i) {
+      steps_s.push_back(times_s_[i] - times_s_[i - 1]);
+    }
+    longest_gap_s_ = std::max(kGapS, 1.5 * Median(std::move(steps_s)));
     const std::vector<Vector3d> left = PointsOf(motion_, "l_hip");
     const std::vector<Vector3d> right = PointsOf(motion_, "r_hip");
     pelvis_ = PointsOf(motion_, "mid_hip");
@@ -141,13 +150,17 @@ class Finder {
   }
 
   // Whether value `i` times `sign` is the maximum within the window, and not at
-  // its edge.
+  // the edge of what is known.
   bool IsPeak(const std::vector<double>& values, size_t i, double sign) const {
     if (std::isnan(values[i])) return false;
     for (int way : {-1, 1}) {
       bool reached = false;
+      double known_s = times_s_[i];
       for (size_t k = i; k + 1 > 0 && k < values.size();
            k += static_cast<size_t>(way)) {
+        // Beyond a gap the peak may be in it.
+        if (std::abs(times_s_[k] - known_s) > longest_gap_s_) break;
+        if (!std::isnan(values[k])) known_s = times_s_[k];
         if (std::abs(times_s_[k] - times_s_[i]) > kWindowS) {
           reached = true;
           break;
@@ -219,6 +232,7 @@ class Finder {
   const TrackSequence& motion_;
   const Vector3d up_;
   std::vector<double> times_s_;
+  double longest_gap_s_ = 0.0;  // between values, that hides no peak
   std::vector<Vector3d> pelvis_;
   std::vector<Vector3d> pelvis_faces_;  // horizontal unit vectors, or NaN
 };

@@ -78,6 +78,27 @@ TEST(GaitEvents, WalkingEventsSurviveATurn) {
   EXPECT_EQ(LeftContacts(found), 8);
 }
 
+TEST(GaitEvents, EdgesOfGapsAreNoEvents) {
+  // A contact of the left foot at 2.25 s, in a gap from 2.15 s to 2.6 s, in
+  // which frames or feet are missing.
+  const TrackSequence walk = Feet(Walking());
+  TrackSequence without_frames = walk;
+  without_frames.frames.erase(without_frames.frames.begin() + 215,
+                              without_frames.frames.begin() + 260);
+  TrackSequence without_feet = walk;
+  for (size_t f = 215; f < 260; ++f) {
+    Pose3d& joints = without_feet.frames[f].people[0].joints;
+    for (size_t j = 2; j < joints.size(); ++j) joints[j] = Joint3d{};
+  }
+  for (const TrackSequence& motion : {without_frames, without_feet}) {
+    const FootEvents found = FindFootEvents(motion, {0.0, 0.0, 1.0});
+    EXPECT_EQ(LeftContacts(found), 3);
+    for (const FootEvent& event : found.events) {
+      EXPECT_TRUE(event.time_s < 2.15 || event.time_s > 2.6) << event.time_s;
+    }
+  }
+}
+
 TEST(GaitEvents, JumpEventsMatchForcePlates) {
   // In the air from 1.0 to 1.4 s, on the floor before and after.
   std::vector<Pose3d> poses;
