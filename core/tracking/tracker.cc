@@ -246,7 +246,9 @@ void Tracker::Associate(const DetectionFrame& frame) {
     MatchView(v, frame.time);
   }
   for (size_t v = 0; v < observations_.view_count(); ++v) {
-    if (policy_->MatchesAgain(v, &forbidden_)) MatchView(v, frame.time);
+    if (!policy_->MatchesAgain(v, &forbidden_)) continue;
+    if (cross_view_) SetLastSeen(frame, static_cast<int>(v));
+    MatchView(v, frame.time);
   }
   CollectUnmatched();
 }
