@@ -206,6 +206,7 @@ TEST(FloorHeightTest, ToesTouchTheFloorAndAnklesDoNot) {
   };
   EXPECT_NEAR(floor_m("l_big_toe", 0.02), 0.02, 1e-12);
   EXPECT_NEAR(floor_m("l_ankle", 0.10), 0.02, 1e-12);
+  EXPECT_NEAR(floor_m("l_paw", 0.02), 0.02, 1e-12);
 }
 
 }  // namespace
