@@ -192,15 +192,16 @@ void RunKinematics() {
   const PersonNames names = ReadPersonNames(FLAGS_tracks);
   const KinematicsTable table = MeasureKinematics(tracks, options);
   if (table.rows.empty()) throw InputError(FLAGS_tracks + ": has no people");
-  if (table.angles.empty()) {
+  if (table.columns.empty()) {
     throw InputError(FLAGS_tracks + ": the skeleton " +
                      Printable(tracks.header.skeleton.name()) +
-                     " has none of the joints that angles need (--skeleton)");
+                     " has none of the joints that angles need (--skeleton), "
+                     "and there are no speeds");
   }
   WriteCsv(table, names);
   SayNotes(table.notes, "kinegraph-kinematics: ");
   std::FILE* summary = SummaryStream(FLAGS_out);
-  std::fputs(Digest(table, names).c_str(), summary);
+  if (!table.angles.empty()) std::fputs(Digest(table, names).c_str(), summary);
   std::fprintf(summary, "up is %s; %zu rows of %zu columns -> %s\n",
                UpText(table.up).c_str(), table.rows.size(),
                table.columns.size() + (names.empty() ? 3 : 4),

@@ -17,7 +17,8 @@ constexpr double kPerSecond = 2.5;
 // Greatest ratio of the nearest distance to the second nearest.
 constexpr double kMaxRatio = 0.5;
 constexpr double kMinCommon = 6.0;  // joints of 17
-// A tracklet ends after this time without a detection.
+// A tracklet ends after this time without a detection, at a low rate of the
+// detector after the longest pause.
 constexpr double kMissed = 0.2;  // s
 // A track owns a tracklet with which it was matched for this time.
 constexpr double kOwned = 0.2;  // s
@@ -83,12 +84,13 @@ bool ViewTracklets::IsAmbiguous(const Candidate& candidate) const {
   return false;
 }
 
-void ViewTracklets::Follow(Span<Observation> observations, TimeNs time) {
+void ViewTracklets::Follow(Span<Observation> observations, TimeNs time,
+                           double longest_pause_s) {
   now_ = time;
+  const TimeNs missed = FromSeconds(std::max(kMissed, longest_pause_s));
   tracklets_.erase(std::remove_if(tracklets_.begin(), tracklets_.end(),
                                   [&](const Tracklet& tracklet) {
-                                    return time - tracklet.time >
-                                           FromSeconds(kMissed);
+                                    return time - tracklet.time > missed;
                                   }),
                    tracklets_.end());
   seen_.clear();

@@ -28,8 +28,10 @@ class ViewTracklets {
   explicit ViewTracklets(std::vector<int> joints)
       : joints_(std::move(joints)) {}
 
-  // The detections of the next frame.
-  void Follow(Span<Observation> observations, TimeNs time);
+  // The detections of the next frame. `longest_pause_s`: at most this long
+  // after a frame on which the detector ran, it runs on the next.
+  void Follow(Span<Observation> observations, TimeNs time,
+              double longest_pause_s);
 
   // The track that owns the tracklet of this detection, by the detection's
   // index in the last Follow.

@@ -231,15 +231,16 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   return scored;
 }
 
-// The frame of the tracks nearest in time to a frame of the ground truth, the
-// earlier on a tie; nullptr if none is near enough.
-const TrackFrame* NearestInTime(const TrackSequence& tracks,
-                                const TrackFrame& true_frame,
+// The frame of the tracks nearest in time to the frame of that number, the
+// earlier on a tie; nullptr if none is near enough. By number, because the
+// ground truth may have no times.
+const TrackFrame* NearestInTime(const TrackSequence& tracks, int64_t number,
+                                const FrameClock& clock,
                                 double max_time_gap_s) {
   const TrackFrame* nearest = nullptr;
   TimeNs least_gap = FromSeconds(max_time_gap_s) + 1;
   for (const TrackFrame& frame : tracks.frames) {
-    const TimeNs gap = std::abs(frame.time - true_frame.time);
+    const TimeNs gap = clock.TimeOf(std::abs(frame.frame - number));
     if (gap >= least_gap) continue;
     nearest = &frame;
     least_gap = gap;
@@ -483,15 +484,18 @@ PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
   const PcpPoseMaker make_found_pose(tracks.header.skeleton, protocol);
   PcpResult result;
   result.protocol = protocol;
-  for (const FramePair& both :
-       PairFrames(truth, tracks, protocol.frames).pairs) {
+  const FramePairing pairing = PairFrames(truth, tracks, protocol.frames);
+  constexpr double kCampusHz = 25.0;  // where the tracks state no rate
+  const FrameClock clock(pairing.tracks_rate_hz > 0.0 ? pairing.tracks_rate_hz
+                                                      : kCampusHz);
+  for (const FramePair& both : pairing.pairs) {
     if (both.truth == nullptr) continue;
     const TrackFrame& true_frame = *both.truth;
     const std::vector<PersonPose> true_people =
         ConvertPeople(true_frame.people, make_true_pose);
     const TrackFrame* frame = both.tracks;
     if (frame == nullptr && protocol.max_time_gap_s > 0.0) {
-      frame = NearestInTime(tracks, true_frame, protocol.max_time_gap_s);
+      frame = NearestInTime(tracks, both.frame, clock, protocol.max_time_gap_s);
     }
     std::vector<PersonPose> found_people;
     if (frame != nullptr) {

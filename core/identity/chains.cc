@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <optional>
@@ -175,7 +176,22 @@ class Linker {
     return known->second;
   }
 
+  // Forgets the bones of chains that were joined since.
+  void ForgetBones() {
+    std::vector<char> is_left(static_cast<size_t>(next_number_), 0);
+    for (const Chain& chain : chains_) {
+      is_left[static_cast<size_t>(chain.number)] = 1;
+    }
+    for (auto at = known_bones_.begin(); at != known_bones_.end();) {
+      const auto [one, other] = at->first;
+      const bool keeps = is_left[static_cast<size_t>(one)] != 0 &&
+                         is_left[static_cast<size_t>(other)] != 0;
+      at = keeps ? std::next(at) : known_bones_.erase(at);
+    }
+  }
+
   void WeighAll() {
+    ForgetBones();
     const size_t n = chains_.size();
     evidence_.assign(n, std::vector<Evidence>(n));
     for (size_t from = 0; from < n; ++from) {

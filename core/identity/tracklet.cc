@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
@@ -335,26 +336,45 @@ Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
   return {StateUpTo(track, track.frames[from].time), StateAtBegin(after)};
 }
 
+// Calls see(from, to) with the indices of each two consecutive frames in which
+// a view sees the track. Without counts of views, every pose is treated as
+// seen.
+template <typename See>
+void ForEachPause(const std::vector<TrackletFrame>& frames, const See& see) {
+  size_t seen = 0;
+  for (size_t k = 1; k < frames.size(); ++k) {
+    const PersonPose& pose = *frames[k].pose;
+    if (!pose.inlier_views.empty() && !IsSeen(pose)) continue;
+    see(seen, k);
+    seen = k;
+  }
+}
+
+// The usual time between two frames in which a view sees a track [s].
+double UsualPause(const std::vector<Tracklet>& tracks) {
+  std::vector<double> pauses_s;
+  for (const Tracklet& track : tracks) {
+    ForEachPause(track.frames, [&](size_t from, size_t to) {
+      pauses_s.push_back(
+          ToSeconds(track.frames[to].time - track.frames[from].time));
+    });
+  }
+  return Median(std::move(pauses_s));
+}
+
 // Adds the intervals in which no view sees a track.
 void AddBlind(const std::vector<Tracklet>& tracks, Intervals* intervals) {
+  // The pauses of a low rate, or of a detector that skips frames, are no gaps.
+  const TimeNs least = FromSeconds(std::max(kBlind, 1.5 * UsualPause(tracks)));
   for (size_t t = 0; t < tracks.size(); ++t) {
     const std::vector<TrackletFrame>& frames = tracks[t].frames;
-    size_t seen = 0;
-    for (size_t k = 0; k < frames.size(); ++k) {
-      const PersonPose& pose = *frames[k].pose;
-      // Without counts of views, every pose is treated as seen.
-      if (!pose.inlier_views.empty() && !IsSeen(pose)) continue;
-      // Consecutive frames of a low rate are no gap.
-      if (frames[k].frame - frames[seen].frame > 1 &&
-          frames[k].time - frames[seen].time >= FromSeconds(kBlind)) {
-        (*intervals)[t].push_back(
-            {frames[seen].time - FromSeconds(kAroundBlind),
-             frames[k].time + FromSeconds(kAroundBlind),
-             /*blind=*/true,
-             {HopOf(tracks[t], seen, k)}});
-      }
-      seen = k;
-    }
+    ForEachPause(frames, [&](size_t from, size_t to) {
+      if (frames[to].time - frames[from].time < least) return;
+      (*intervals)[t].push_back({frames[from].time - FromSeconds(kAroundBlind),
+                                 frames[to].time + FromSeconds(kAroundBlind),
+                                 /*blind=*/true,
+                                 {HopOf(tracks[t], from, to)}});
+    });
   }
 }
 

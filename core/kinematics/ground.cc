@@ -48,11 +48,10 @@ double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up) {
       double low = std::numeric_limits<double>::infinity();
       for (size_t j = 0; j < person.joints.size(); ++j) {
         if (!person.joints[j].present()) continue;
-        // Heels and toes touch the floor.
-        const bool is_foot =
-            skeleton.joint_class(static_cast<int>(j)) == JointClass::kFoot;
+        const bool is_ankle =
+            skeleton.joint_class(static_cast<int>(j)) == JointClass::kAnkle;
         low = std::min(low, up.dot(person.joints[j].position_m) -
-                                (is_foot ? 0.0 : kAnkleHeightM));
+                                (is_ankle ? kAnkleHeightM : 0.0));
       }
       if (std::isfinite(low)) lowest.push_back(low);
     }

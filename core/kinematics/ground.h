@@ -21,8 +21,8 @@ std::optional<Eigen::Vector3d> UpDirection(const TrackSequence& tracks,
                                            const UpEvidence& known = {});
 
 // Height of the floor along `up` [m]: the 2 % quantile of the poses' lowest
-// joints. Heels and toes touch the floor; other joints are assumed to be
-// ankles, whose height above the floor is subtracted.
+// joints. Ankles are above the floor by a height that is subtracted; other
+// joints, such as toes and paws, touch it.
 double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up);
 
 }  // namespace kinegraph

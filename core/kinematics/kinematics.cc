@@ -69,13 +69,23 @@ MaybePoint CentreOf(const MassWeights& weights, const Pose3d& pose) {
   return centre;
 }
 
+bool IsFinger(const std::string& joint) {
+  for (const char* finger :
+       {"hand_", "thumb", "index", "middle", "ring", "pinky"}) {
+    for (const char* side : {"l_", "r_"}) {
+      if (joint.rfind(std::string(side) + finger, 0) == 0) return true;
+    }
+  }
+  return false;
+}
+
 // Whether the joint has a column of speeds: all joints but fingers and face; of
 // the face only the nose.
 bool HasSpeed(const Skeleton& skeleton, int joint_idx) {
-  const JointClass joint_class = skeleton.joint_class(joint_idx);
-  if (joint_class == JointClass::kOther) return false;
-  return joint_class != JointClass::kHead ||
-         skeleton.joints()[joint_idx] == "nose";
+  const std::string& joint = skeleton.joints()[joint_idx];
+  if (IsFinger(joint)) return false;
+  return skeleton.joint_class(joint_idx) != JointClass::kHead ||
+         joint == "nose";
 }
 
 bool HasCovariances(const TrackSequence& tracks) {
@@ -295,7 +305,10 @@ class Measurement {
           "determine it): no lean of the trunk, and no obliquity, speed or "
           "path of the pelvis (--up=z)");
     }
-    if (!has("l_ankle_dorsiflexion") && !has("r_ankle_dorsiflexion")) {
+    if (table_.angles.empty()) {
+      table_.notes.push_back(whose +
+                             " has none of the joints that angles need");
+    } else if (!has("l_ankle_dorsiflexion") && !has("r_ankle_dorsiflexion")) {
       table_.notes.push_back(whose + " has no heels and toes: no ankle angles");
     }
     if (mass_.empty()) {

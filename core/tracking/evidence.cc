@@ -1,8 +1,15 @@
 #include "core/tracking/evidence.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kinegraph {
+
+int MemoryDepth(const ReconstructionOptions& options) {
+  return options.newest == NewestRule::kJoint
+             ? static_cast<int>(std::ceil(options.tau_frames))
+             : 1;
+}
 
 void FillEstimatorFrame(const std::vector<UsedView>& used,
                         const Reconstruction& reconstruction, bool succeeded,

@@ -17,6 +17,9 @@
 
 namespace kinegraph {
 
+// Number of 2D poses of each view that a track remembers (ViewMemory).
+int MemoryDepth(const ReconstructionOptions& options);
+
 // Copies a reconstruction into an estimator's frame: the fresh views with their
 // verdicts, inlier views and, if `succeeded`, the pose. The caller sets frame
 // number and time.

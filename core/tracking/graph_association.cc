@@ -62,7 +62,7 @@ class GraphAssociation final : public AssociationPolicy {
 
   void Forbid(size_t view_idx, std::vector<char>* forbidden) override {
     tracklets_[view_idx].Follow(state_.observations.OfView(view_idx),
-                                state_.time);
+                                state_.time, LongestPause(0.0));
     const auto owners = LostOwners(view_idx);
     forbidden->clear();
     for (const auto& track : state_.tracks) {
@@ -226,8 +226,8 @@ class GraphAssociation final : public AssociationPolicy {
   };
 
   // At least one and a half intervals between frames on which the detector ran,
-  // so that candidates in consecutive frames of the detector are linked
-  // whatever its rate.
+  // so that candidates and 2D tracklets in consecutive frames of the detector
+  // are linked whatever its rate.
   double LongestPause(double seconds) const {
     return std::max(seconds, 1.5 * state_.rhythm.usual_frames() /
                                  state_.scene.frame_rate_hz);

@@ -144,7 +144,7 @@ ReplayedPerson Replay::PreparePerson(size_t person_idx,
   const FrozenPerson& frozen = matches_.people[person_idx];
   EvidenceStep evidence(scene_, epipolar_, options_);
   std::unique_ptr<Estimator> feedback;
-  ViewMemory memory;
+  ViewMemory memory(MemoryDepth(options_.reconstruction));
   std::vector<UsedView> views;
   Pose3d predicted;
   ReplayedPerson person;

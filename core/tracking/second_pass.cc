@@ -67,6 +67,18 @@ std::vector<TrackRun> RunsOf(const std::vector<Place>& places) {
   return runs;
 }
 
+// Adds the joints of the first pass that the second does not estimate.
+void AddMissing(const PersonPose& first, PersonPose* second) {
+  for (size_t j = 0; j < second->joints.size(); ++j) {
+    if (second->joints[j].present() || !first.joints[j].present()) continue;
+    second->joints[j] = first.joints[j];
+    second->joints[j].status = JointStatus::kInferred;
+    if (j < first.covariances.size() && j < second->covariances.size()) {
+      second->covariances[j] = first.covariances[j];
+    }
+  }
+}
+
 }  // namespace
 
 std::map<TrackId, std::vector<TrackRun>> FindRuns(
@@ -465,7 +477,9 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
     CHECK(person != at->people.end() && !first_pass.empty());
     *person = first_pass.Pop();
     person->id = id;
-    if (!is_empty) *person = std::move(final_pose.person);
+    if (is_empty) continue;
+    AddMissing(*person, &final_pose.person);
+    *person = std::move(final_pose.person);
   }
 }
 

@@ -3,7 +3,6 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -116,10 +115,7 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
                           &evidence_.reconstructor(),
                           scene_.skeleton.association_joints()),
       cross_view_(options_.association.affinity == AffinityKind::kCrossView),
-      memory_depth_(
-          options_.reconstruction.newest == NewestRule::kJoint
-              ? static_cast<int>(std::ceil(options_.reconstruction.tau_frames))
-              : 1),
+      memory_depth_(MemoryDepth(options_.reconstruction)),
       unmatched_(scene_.cameras.size()),
       matches_(scene_.cameras.size()),
       state_{scene_,        clock_,
@@ -246,7 +242,9 @@ void Tracker::Associate(const DetectionFrame& frame) {
     MatchView(v, frame.time);
   }
   for (size_t v = 0; v < observations_.view_count(); ++v) {
-    if (policy_->MatchesAgain(v, &forbidden_)) MatchView(v, frame.time);
+    if (!policy_->MatchesAgain(v, &forbidden_)) continue;
+    if (cross_view_) SetLastSeen(frame, static_cast<int>(v));
+    MatchView(v, frame.time);
   }
   CollectUnmatched();
 }

@@ -357,11 +357,21 @@ struct Session::Impl {
   }
 
   // People whose tracks were shortened by a correction or by linking; these
-  // tracks are not extended again.
+  // tracks are not extended again, whatever their identity is afterwards.
   std::set<TrackId> Shortened() const {
     std::set<TrackId> people;
     for (const IdentityEdit& edit : edits_) {
-      if (edit.op == EditOp::kDelete) people.insert(edit.persons.front());
+      const bool renames = edit.op == EditOp::kJoin ||
+                           edit.op == EditOp::kCut || edit.op == EditOp::kSwap;
+      const auto is_shortened = [&](TrackId id) {
+        return people.count(id) > 0;
+      };
+      if (edit.op == EditOp::kDelete) {
+        people.insert(edit.persons.front());
+      } else if (renames && std::any_of(edit.persons.begin(),
+                                        edit.persons.end(), is_shortened)) {
+        people.insert(edit.persons.begin(), edit.persons.end());
+      }
     }
     return people;
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/constants.h"
+#include "core/base/median.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/mpjpe.h"
 
@@ -89,6 +90,7 @@ double ChiSquareCdf3(double squared) {
 // One joint in one frame.
 struct Error {
   size_t frame = 0;
+  TimeNs time = 0;
   size_t joint = 0;
   Vector3d world_m;
   std::optional<Vector3d> body_m;  // right, forward, up
@@ -108,6 +110,7 @@ std::vector<Error> Errors(const PairedMotion& motion, const Vector3d& up) {
       if (!truth.joints[j].present() || !found.joints[j].present()) continue;
       Error error;
       error.frame = f;
+      error.time = motion.truth.frames[f].time;
       error.joint = j;
       error.world_m = found.joints[j].position_m - truth.joints[j].position_m;
       if (body) {
@@ -151,16 +154,22 @@ std::vector<Vector3d> WithoutOffset(const std::vector<const Error*>& errors) {
   return freed;
 }
 
-// Root mean square of the errors' differences of that order, times rate^order.
+// Root mean square of the errors' central differences of that order, over
+// frames that follow each other: usually `step_s` apart.
 double DerivativeRms(const std::vector<const Error*>& errors, size_t order,
-                     double rate_hz) {
+                     double step_s) {
   double sum = 0.0;
   int64_t count = 0;
   for (size_t i = 2; i < errors.size(); ++i) {
+    const double before_s =
+        ToSeconds(errors[i - 1]->time - errors[i - 2]->time);
+    const double after_s = ToSeconds(errors[i]->time - errors[i - 1]->time);
     if (errors[i]->joint != errors[i - 2]->joint ||
-        errors[i]->frame != errors[i - 2]->frame + 2) {
+        !(std::min(before_s, after_s) > 0.0) ||
+        std::max(before_s, after_s) > 1.5 * step_s) {
       continue;
     }
+    const double rate_hz = 2.0 / (before_s + after_s);
     const Vector3d& a = errors[i - 2]->world_m;
     const Vector3d& b = errors[i - 1]->world_m;
     const Vector3d& c = errors[i]->world_m;
@@ -197,8 +206,17 @@ Interval MedianInterval(const std::vector<const Error*>& errors,
       options);
 }
 
+// The usual time between two frames [s]; 0 for fewer than two.
+double UsualStep(const std::vector<TrackFrame>& frames) {
+  std::vector<double> steps_s;
+  for (size_t f = 1; f < frames.size(); ++f) {
+    steps_s.push_back(ToSeconds(frames[f].time - frames[f - 1].time));
+  }
+  return Median(std::move(steps_s));
+}
+
 struct Scale {
-  double rate_hz = 0.0;
+  double step_s = 0.0;
   size_t frames = 0;
   int64_t block_frames = 1;
 };
@@ -236,8 +254,8 @@ JointAgreement Summarise(const std::string& joint,
     result.limits_m[at] = kNormal95 * StandardDeviation(axes[axis]);
   }
   result.after_offset_median_m = Quantile(freed_m, 0.5);
-  result.velocity_rms_m_s = DerivativeRms(errors, 1, scale.rate_hz);
-  result.acceleration_rms_m_s2 = DerivativeRms(errors, 2, scale.rate_hz);
+  result.velocity_rms_m_s = DerivativeRms(errors, 1, scale.step_s);
+  result.acceleration_rms_m_s2 = DerivativeRms(errors, 2, scale.step_s);
   result.median_interval =
       MedianInterval(errors, scale.frames, scale.block_frames);
   return result;
@@ -400,10 +418,12 @@ MotionAgreement CompareMotion(const PairedMotion& motion, const Vector3d& up,
   const std::vector<Error> errors = Errors(motion, up);
   const std::vector<std::string>& names = motion.truth.header.skeleton.joints();
   Scale scale;
-  scale.rate_hz = motion.tracks.header.frame_rate_hz;
+  scale.step_s = UsualStep(motion.tracks.frames);
   scale.frames = motion.truth.frames.size();
-  scale.block_frames =
-      std::max<int64_t>(1, std::llround(block_s * scale.rate_hz));
+  if (scale.step_s > 0.0) {
+    scale.block_frames =
+        std::max<int64_t>(1, std::llround(block_s / scale.step_s));
+  }
   const bool any_centre =
       std::count(motion.is_centre.begin(), motion.is_centre.end(), true) > 0;
   MotionAgreement result;

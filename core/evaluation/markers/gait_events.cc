@@ -1,11 +1,14 @@
 #include "core/evaluation/markers/gait_events.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "core/base/constants.h"
+#include "core/base/median.h"
 #include "core/evaluation/statistics.h"
 
 namespace kinegraph {
@@ -15,6 +18,8 @@ using Eigen::Vector3d;
 
 // Minimum time between extremes of a step [s].
 constexpr double kWindowS = 0.2;
+// Gaps up to this length hide no extreme [s].
+constexpr double kGapS = 0.05;
 
 // A joint's positions, NaN where it is missing.
 std::vector<Vector3d> PointsOf(const TrackSequence& motion,
@@ -40,12 +45,22 @@ class Finder {
     for (const TrackFrame& frame : motion.frames) {
       times_s_.push_back(ToSeconds(frame.time));
     }
+    std::vector<double> steps_s;
+    for (size_t i = 1; i < times_s_.size(); ++i) {
+      steps_s.push_back(times_s_[i] - times_s_[i - 1]);
+    }
+    longest_gap_s_ = std::max(kGapS, 1.5 * Median(std::move(steps_s)));
     const std::vector<Vector3d> left = PointsOf(motion_, "l_hip");
     const std::vector<Vector3d> right = PointsOf(motion_, "r_hip");
     pelvis_ = PointsOf(motion_, "mid_hip");
+    constexpr double kLeastWidthM = 0.05;
     for (size_t i = 0; i < pelvis_.size(); ++i) {
       const Vector3d middle = 0.5 * (left[i] + right[i]);
       if (middle.allFinite()) pelvis_[i] = middle;
+      // NaN without hips, or with hips above each other.
+      pelvis_faces_.push_back(up_.cross(right[i] - left[i]));
+      const double width_m = pelvis_faces_.back().norm();
+      pelvis_faces_.back() /= width_m > kLeastWidthM ? width_m : kNan;
     }
   }
 
@@ -92,21 +107,25 @@ class Finder {
     return PointsOf(motion_, "");
   }
 
-  // Distance ahead of the pelvis along the direction of the feet [m].
+  // Distance ahead of the pelvis [m], in the direction that it faces in each
+  // frame, because people turn; where that is unknown, in the direction of the
+  // feet over the recording.
   std::vector<double> Ahead(Foot foot, const std::vector<std::string>& names) {
     const std::vector<Vector3d> points = Part(foot, names);
     const std::vector<Vector3d> toes = Part(foot, {"big_toe", "small_toe"});
     const std::vector<Vector3d> heels = Part(foot, {"heel", "ankle"});
-    Vector3d forward = Vector3d::Zero();
+    Vector3d mean = Vector3d::Zero();
     for (size_t i = 0; i < points.size(); ++i) {
       const Vector3d sole = toes[i] - heels[i];
-      if (sole.allFinite()) forward += sole - sole.dot(up_) * up_;
+      if (sole.allFinite()) mean += sole - sole.dot(up_) * up_;
     }
-    if (forward.isZero()) forward = Way();
-    forward.normalize();
+    if (mean.isZero()) mean = Way();
+    mean.normalize();
     std::vector<double> ahead;
     for (size_t i = 0; i < points.size(); ++i) {
-      ahead.push_back(forward.dot(points[i] - pelvis_[i]));
+      const Vector3d& faces = pelvis_faces_[i];
+      ahead.push_back(
+          (faces.allFinite() ? faces : mean).dot(points[i] - pelvis_[i]));
     }
     return ahead;
   }
@@ -131,13 +150,17 @@ class Finder {
   }
 
   // Whether value `i` times `sign` is the maximum within the window, and not at
-  // its edge.
+  // the edge of what is known.
   bool IsPeak(const std::vector<double>& values, size_t i, double sign) const {
     if (std::isnan(values[i])) return false;
     for (int way : {-1, 1}) {
       bool reached = false;
+      double known_s = times_s_[i];
       for (size_t k = i; k + 1 > 0 && k < values.size();
            k += static_cast<size_t>(way)) {
+        // Beyond a gap the peak may be in it.
+        if (std::abs(times_s_[k] - known_s) > longest_gap_s_) break;
+        if (!std::isnan(values[k])) known_s = times_s_[k];
         if (std::abs(times_s_[k] - times_s_[i]) > kWindowS) {
           reached = true;
           break;
@@ -209,7 +232,9 @@ class Finder {
   const TrackSequence& motion_;
   const Vector3d up_;
   std::vector<double> times_s_;
+  double longest_gap_s_ = 0.0;  // between values, that hides no peak
   std::vector<Vector3d> pelvis_;
+  std::vector<Vector3d> pelvis_faces_;  // horizontal unit vectors, or NaN
 };
 
 // Times at which the load crosses the threshold, and whether upwards.

@@ -30,7 +30,10 @@ std::string Squeezed(const std::string& label) {
   std::string squeezed;
   for (size_t i = label.find_last_of(':') + 1; i < label.size(); ++i) {
     const auto byte = static_cast<unsigned char>(label[i]);
-    if (std::isalnum(byte) != 0) {
+    // Names may differ in letters beyond ASCII alone.
+    if (byte >= 0x80) {
+      squeezed += label[i];
+    } else if (std::isalnum(byte) != 0) {
       squeezed += static_cast<char>(std::tolower(byte));
     }
   }

@@ -10,8 +10,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kFrameS = 0.04;
-
 // The view of one camera, with people at the given positions from left to
 // right.
 class TrackletsTest : public ::testing::Test {
@@ -22,7 +20,8 @@ class TrackletsTest : public ::testing::Test {
       observations_.push_back(
           testing::Observe(testing::StandingPerson(x_m, 0.0), cameras_, kView));
     }
-    tracklets_.Follow(observations_, FromSeconds(kFrameS * frame_));
+    tracklets_.Follow(observations_, FromSeconds(frame_s_ * frame_),
+                      1.5 * frame_s_);
     ++frame_;
   }
 
@@ -39,6 +38,7 @@ class TrackletsTest : public ::testing::Test {
   CameraRig cameras_ = testing::RingOfCameras(4);
   ViewTracklets tracklets_{Coco17().association_joints()};
   std::vector<Observation> observations_;
+  double frame_s_ = 0.04;
   int frame_ = 0;
 };
 
@@ -58,6 +58,17 @@ TEST_F(TrackletsTest, OwnershipSurvivesShortDetectionGaps) {
   See({-0.8, 0.8});  // 0.24 s
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(2));
+}
+
+TEST_F(TrackletsTest, OwnershipSurvivesALowRate) {
+  frame_s_ = 0.25;
+  SeeTwo(-0.8, 0.8);
+  See({-0.8, 0.8});
+  EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
+  EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(2));
+  See({0.8});
+  See({-0.8, 0.8});  // two frames later
+  EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
 TEST_F(TrackletsTest, OwnershipRequiresMinimumDuration) {
@@ -94,9 +105,9 @@ TEST_F(TrackletsTest, ImplausibleJumpsEndOwnership) {
 
 TEST_F(TrackletsTest, OwnershipExpiresWithoutClaims) {
   SeeTwo(-0.8, 0.8);  // until 0.36 s
-  while (frame_ * kFrameS < 2.3) See({-0.8, 0.8});
+  while (frame_ * frame_s_ < 2.3) See({-0.8, 0.8});
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
-  while (frame_ * kFrameS < 2.5) See({-0.8, 0.8});
+  while (frame_ * frame_s_ < 2.5) See({-0.8, 0.8});
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 

@@ -209,6 +209,20 @@ TEST(PcpTest, TimeGapPicksTheNearestFrame) {
   EXPECT_EQ(predicted(1.0), TrackId(4));
 }
 
+TEST(PcpTest, TimeGapNeedsNoTimesOfTheTruth) {
+  TrackSequence truth =
+      Tracks({Frame(9, {}), Frame(10, {Person(0, StandingTum14())})});
+  truth.header.frame_rate_hz = 0.0;
+  for (TrackFrame& frame : truth.frames) frame.time = 0;
+  const TrackSequence tracks = Tracks({Frame(0, {Person(3, StandingTum14())}),
+                                       Frame(8, {Person(4, StandingTum14())})});
+  PcpProtocol protocol = Plain();
+  protocol.max_time_gap_s = 0.1;
+  const PcpResult result = EvaluatePcp(truth, tracks, protocol);
+  ASSERT_EQ(result.person_frames.size(), 1u);
+  EXPECT_EQ(result.person_frames[0].predicted, TrackId(4));
+}
+
 TEST(PcpTest, OnlyTheProtocolsFramesCount) {
   PcpProtocol protocol = Plain();
   protocol.frames = {{1, 2}, {5, 6}};

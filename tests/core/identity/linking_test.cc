@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -31,12 +32,16 @@ struct Linked {
   }
 };
 
-Linked Link(const CrowdMaker& crowd, const LinkOptions& options = {}) {
+Linked Link(std::vector<TrackFrame> frames, const LinkOptions& options = {}) {
   Linked linked;
-  linked.frames = crowd.frames();
+  linked.frames = std::move(frames);
   linked.edits =
       LinkIdentities(Coco17(), testing::kCrowdRate, options, &linked.frames);
   return linked;
+}
+
+Linked Link(const CrowdMaker& crowd, const LinkOptions& options = {}) {
+  return Link(crowd.frames(), options);
 }
 
 std::vector<TrackId> Ids(int64_t a, int64_t b) {
@@ -101,13 +106,18 @@ TEST(LinkingTest, PeopleVisibleAtTheSameTimeAreNotJoined) {
   EXPECT_EQ(IdsIn(linked.frames[150]), (std::vector<int64_t>{0, 1}));
 }
 
-TEST(LinkingTest, SwappedIdentitiesAreSwappedBack) {
-  // They stand a metre apart, and the tracker exchanges them at frame 150.
+// Two people who stand a metre apart, exchanged by the tracker at frame 150.
+CrowdMaker TwoExchanged() {
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 149, {-0.5, 0.0}, {0.0, 0.0}, 0.94})
       .Add({1, 0, 149, {0.5, 0.0}, {0.0, 0.0}, 1.06})
       .Add({0, 150, 299, {0.5, 0.0}, {0.0, 0.0}, 1.06})
       .Add({1, 150, 299, {-0.5, 0.0}, {0.0, 0.0}, 0.94});
+  return crowd;
+}
+
+TEST(LinkingTest, SwappedIdentitiesAreSwappedBack) {
+  const CrowdMaker crowd = TwoExchanged();
   const Linked linked = Link(crowd);
   const auto swaps = linked.Of(EditOp::kSwap);
   ASSERT_EQ(swaps.size(), 1u);
@@ -128,6 +138,39 @@ TEST(LinkingTest, SwappedIdentitiesAreSwappedBack) {
   LinkOptions trusting;
   trusting.continuity = 1000.0;
   EXPECT_TRUE(Link(crowd, trusting).Of(EditOp::kSwap).empty());
+}
+
+TEST(LinkingTest, PausesOfADetectorAreNoGaps) {
+  // The detector runs on every third frame; in the others no view sees anybody.
+  std::vector<TrackFrame> frames = TwoExchanged().frames();
+  for (TrackFrame& frame : frames) {
+    for (PersonPose& person : frame.people) {
+      if (frame.frame % 3 == 0) continue;
+      person.inlier_views.assign(person.joints.size(), 0);
+    }
+  }
+  const auto swaps = Link(std::move(frames)).Of(EditOp::kSwap);
+  ASSERT_EQ(swaps.size(), 1u);
+  EXPECT_NEAR(static_cast<double>(swaps[0].frames->first), 150.0, 3.0);
+}
+
+TEST(LinkingTest, NumbersOfFramesDoNotMatter) {
+  // Every fourth frame of the recording, numbered 0, 4, 8 or 0, 1, 2.
+  std::vector<TrackFrame> stepped;
+  for (const TrackFrame& frame : TwoExchanged().frames()) {
+    if (frame.frame % 4 == 0) stepped.push_back(frame);
+  }
+  std::vector<TrackFrame> consecutive = stepped;
+  for (TrackFrame& frame : consecutive) frame.frame /= 4;
+  const Linked of_stepped = Link(std::move(stepped));
+  const Linked of_consecutive = Link(std::move(consecutive));
+  EXPECT_EQ(of_stepped.Of(EditOp::kSwap).size(), 1u);
+  ASSERT_EQ(of_stepped.edits.size(), of_consecutive.edits.size());
+  for (size_t i = 0; i < of_stepped.edits.size(); ++i) {
+    EXPECT_EQ(of_stepped.edits[i].op, of_consecutive.edits[i].op);
+    EXPECT_EQ(of_stepped.edits[i].persons, of_consecutive.edits[i].persons);
+    EXPECT_EQ(of_stepped.edits[i].margin, of_consecutive.edits[i].margin);
+  }
 }
 
 // Track 0 begins in frame `first` with the small person, is not observed for

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "core/kinematics/ground.h"
 #include "tests/support/standing_person.h"
@@ -65,6 +66,24 @@ TEST(Kinematics, SpeedAndPathLengthOfAWalk) {
   EXPECT_NEAR(ValueAt(table, 10, "pelvis_path_m"), 0.3, kMetreRounding);
   EXPECT_EQ(ValueAt(table, 0, "pelvis_path_m"), 0.0);
   EXPECT_TRUE(std::isnan(ValueAt(table, 5, "nose_speed_m_s"))) << "no nose";
+}
+
+TEST(Kinematics, JointsOfUnknownNamesHaveSpeeds) {
+  TrackSequence tracks;
+  tracks.header.skeleton =
+      Skeleton("mouse", {"tail_base", "l_paw", "l_hand_5", "l_index"}, {});
+  for (int k = 0; k < 3; ++k) {
+    PersonPose mouse;
+    mouse.id = TrackId(0);
+    mouse.joints.assign(4, {Vec(0.01 * k, 0.0, 0.0), JointStatus::kObserved});
+    tracks.frames.push_back({k, TimeNs{20000000} * k, {mouse}});
+  }
+  const KinematicsTable table = MeasureKinematics(tracks);
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"tail_base_speed_m_s",
+                                                     "l_paw_speed_m_s"}));
+  EXPECT_NEAR(ValueAt(table, 1, "tail_base_speed_m_s"), 0.5, 1e-10);
+  EXPECT_THAT(table.notes, ::testing::Contains(::testing::HasSubstr(
+                               "none of the joints that angles need")));
 }
 
 TEST(Kinematics, AGapHasNoSpeedAndAStraightPath) {
@@ -187,6 +206,7 @@ TEST(FloorHeightTest, ToesTouchTheFloorAndAnklesDoNot) {
   };
   EXPECT_NEAR(floor_m("l_big_toe", 0.02), 0.02, 1e-12);
   EXPECT_NEAR(floor_m("l_ankle", 0.10), 0.02, 1e-12);
+  EXPECT_NEAR(floor_m("l_paw", 0.02), 0.02, 1e-12);
 }
 
 }  // namespace

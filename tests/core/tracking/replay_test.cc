@@ -138,18 +138,25 @@ TEST(Replay, ReproducesTheRun) {
     EstimatorOptions estimators;
     double max_gap_frames;
     bool backfill;
+    NewestRule newest = NewestRule::kPose;
   };
   EstimatorOptions window_serves_both = Graph(OutputKind::kWindow);
   window_serves_both.feedback = FeedbackKind::kWindow;
   const Case cases[] = {
       {"paper", Paper(), TrackerOptions().life.max_gap_frames, false},
       {"window", Graph(OutputKind::kWindow), 10.0, true},
-      {"window serves association", window_serves_both, 10.0, false}};
+      {"window serves association", window_serves_both, 10.0, false},
+      {"newest joints", Paper(), TrackerOptions().life.max_gap_frames, false,
+       NewestRule::kJoint}};
   for (const Case& test : cases) {
     SCOPED_TRACE(test.name);
     TrackerOptions options;
     options.life.max_gap_frames = test.max_gap_frames;
     options.life.backfill = test.backfill;
+    options.reconstruction.newest = test.newest;
+    if (test.newest == NewestRule::kJoint) {
+      options.reconstruction.lambda_t_per_frame = 0.1;  // older joints count
+    }
     const FrozenRecording frozen = Freeze(test.estimators, options);
     // Independent of the number of threads.
     ExpectEqual(frozen.frames, ReplayAll(frozen.replay(), -1, frozen.written(),

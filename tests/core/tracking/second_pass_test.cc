@@ -98,14 +98,21 @@ TEST_F(SecondPassTest, UnobservedPeopleKeepThePoseOfTheFirstPass) {
 }
 
 // Finds no joints in frames before `from`; from then on, returns the initial
-// poses.
+// poses, without joint `but`.
 class LateEstimator final : public Estimator {
  public:
-  explicit LateEstimator(int64_t from) : from_(from) {}
+  explicit LateEstimator(int64_t from, int but = -1) : from_(from), but_(but) {}
   void Add(const EstimatorFrame& frame) override {
     FinalPose& pose = finals_.emplace_back();
     pose.frame = frame.frame;
-    if (frame.frame >= from_) pose.person.joints = frame.initial;
+    if (frame.frame < from_) return;
+    pose.person.joints = frame.initial;
+    pose.person.covariances.assign(frame.initial.size(),
+                                   Eigen::Matrix3d::Identity());
+    if (but_ < 0) return;
+    const auto but = static_cast<size_t>(but_);
+    pose.person.joints[but] = Joint3d();
+    pose.person.covariances[but].reset();
   }
   const Pose3d& Last() const override { return none_; }
   TimeNs LastTime() const override { return 0; }
@@ -117,6 +124,7 @@ class LateEstimator final : public Estimator {
 
  private:
   const int64_t from_;
+  const int but_;
   const Pose3d none_;
   std::vector<FinalPose> finals_;
 };
@@ -146,6 +154,30 @@ TEST_F(SecondPassTest, FirstPassIsKeptCompletelyWhereNobodyIsFound) {
     ASSERT_EQ(kept.matches.size(), 1u);
     EXPECT_EQ(kept.matches[0].detection_idx, 10 + static_cast<int>(p));
     EXPECT_TRUE(frames[1].people[p].matches.empty()) << "estimated again";
+  }
+}
+
+TEST_F(SecondPassTest, JointsWithoutAnEstimateAreOfTheFirstPass) {
+  SecondPass pass(scene_, Coco17(), TrackerOptions(), [](const SceneModel&) {
+    return std::make_unique<LateEstimator>(5, /*but=*/3);
+  });
+  TrackFrame first = FirstPass(5);
+  const Eigen::Matrix3d covariance = 4.0 * Eigen::Matrix3d::Identity();
+  for (PersonPose& person : first.people) {
+    person.covariances.assign(17, covariance);
+  }
+  pass.Process(See(5), first);
+  const std::vector<TrackFrame> frames = pass.Finish(1);
+  ASSERT_EQ(frames[0].people.size(), 2u);
+  for (size_t p = 0; p < 2; ++p) {
+    const PersonPose& person = frames[0].people[p];
+    EXPECT_EQ(person.joints[3].position_m,
+              first.people[p].joints[3].position_m);
+    EXPECT_EQ(person.joints[3].status, JointStatus::kInferred);
+    EXPECT_EQ(person.covariances[3], covariance);
+    EXPECT_EQ(person.covariances[4], Eigen::Matrix3d::Identity().eval());
+    EXPECT_NE(person.joints[4].position_m, first.people[p].joints[4].position_m)
+        << "estimated again";
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -430,6 +431,34 @@ TEST_F(TrackerTest, TrackIsNotMatchedWithALostPerson) {
     EXPECT_EQ(tracker->people_so_far(), 2);
     // In paper mode it is matched, so the scene does provoke the wrong match.
     EXPECT_EQ(taken > 0, rules == AssociationRules::kPaper);
+  }
+}
+
+// View 1 alone follows a person whose track ends, so that its detections belong
+// to the lost track. When the other views see the person again, they start a
+// new track, with which view 1 is then matched by its own pixels.
+TEST_F(TrackerTest, SecondMatchingUsesThePixelsOfTheView) {
+  for (const AffinityKind affinity :
+       {AffinityKind::kPart, AffinityKind::kCrossView}) {
+    TrackerOptions options = By(AssociationRules::kGraph);
+    options.association.affinity = affinity;
+    const auto tracker = Make(options);
+    for (int f = 0; f < 40; ++f) {
+      DetectionFrame seen = See(f, {Stander()});
+      for (size_t v = 0; v < seen.views.size(); ++v) {
+        const bool misses = v == 1 ? f == 30 : f >= 10 && f < 30;
+        if (misses) seen.views[v].detections.clear();
+      }
+      tracker->Process(seen, &frames_);
+    }
+    tracker->Finish(&frames_);
+    EXPECT_EQ(tracker->people_so_far(), 2);
+    ASSERT_EQ(frames_[35].people.size(), 1u);
+    const std::vector<ViewMatch>& matches = frames_[35].people[0].matches;
+    EXPECT_EQ(matches.size(), 5u);
+    EXPECT_TRUE(std::any_of(
+        matches.begin(), matches.end(),
+        [](const ViewMatch& match) { return match.view_idx == 1; }));
   }
 }
 

@@ -112,6 +112,28 @@ TEST(SessionIdentity, SecondPassDoesNotExtendIntoDeletedFrames) {
   EXPECT_GE(frames, 100 - 21 - 3);
 }
 
+TEST(SessionIdentity, DeletedFramesStayEmptyUnderAnotherIdentity) {
+  Recording recording = MakeRecording(2, 4.0);
+  IdentityEdit shorten;
+  shorten.op = EditOp::kDelete;
+  shorten.persons = {TrackId(1)};
+  shorten.frames = FrameSpan{40, 60};
+  IdentityEdit cut;
+  cut.op = EditOp::kCut;
+  cut.persons = {TrackId(1), TrackId(77)};
+  cut.frames = FrameSpan{0, 39};
+  recording.request.corrections = {shorten, cut, Join(77, 1)};
+  RunOptions options = GraphOptions();
+  options.tracker.life.second_pass = true;
+  const TrackSequence tracks = Track(recording, options);
+  EXPECT_EQ(IdsOf(tracks), (std::set<TrackId>{TrackId(0), TrackId(77)}));
+  for (const TrackFrame& frame : tracks.frames) {
+    if (!shorten.frames->Contains(frame.frame)) continue;
+    ASSERT_EQ(frame.people.size(), 1u) << frame.frame;
+    EXPECT_EQ(frame.people[0].id, TrackId(0));
+  }
+}
+
 // Instants two seconds apart, passed as consecutive frames.
 Recording SingleFrames() {
   Recording recording = MakeRecording(3, 40.0);

@@ -53,6 +53,45 @@ TEST(Agreement, BiasAndLimitsMatchHandComputedValues) {
   EXPECT_NEAR(found.mean_of_medians_m, joint.median_m, 1e-9);
 }
 
+TEST(Agreement, DerivativesIgnoreGaps) {
+  // The error is 20 mm, and after a second without frames -20 mm.
+  const Pose3d truth = StandingTum14();
+  PairedMotion motion =
+      Paired(std::vector<Pose3d>(6, truth),
+             {Moved(truth, 0.02, 0.0), Moved(truth, 0.02, 0.0),
+              Moved(truth, 0.02, 0.0), Moved(truth, -0.02, 0.0),
+              Moved(truth, -0.02, 0.0), Moved(truth, -0.02, 0.0)});
+  for (size_t f = 3; f < 6; ++f) {
+    motion.truth.frames[f].time += FromSeconds(1.0);
+    motion.tracks.frames[f].time += FromSeconds(1.0);
+  }
+  const JointAgreement pooled =
+      CompareMotion(motion, Vector3d::UnitZ(), 1.0).pooled;
+  EXPECT_NEAR(pooled.velocity_rms_m_s, 0.0, 1e-9);
+  EXPECT_NEAR(pooled.acceleration_rms_m_s2, 0.0, 1e-9);
+}
+
+TEST(Agreement, DerivativesFollowTimes) {
+  // The error alternates between 10 and -10 mm every 0.12 s: second differences
+  // of 40 mm, whatever the numbers of the frames and the rate.
+  const Pose3d truth = StandingTum14();
+  std::vector<Pose3d> found;
+  for (int f = 0; f < 20; ++f) {
+    found.push_back(Moved(truth, f % 2 == 0 ? 0.01 : -0.01, 0.0));
+  }
+  PairedMotion motion = Paired(std::vector<Pose3d>(20, truth), found);
+  for (TrackSequence* tracks : {&motion.truth, &motion.tracks}) {
+    for (TrackFrame& frame : tracks->frames) {
+      frame.frame *= 3;
+      frame.time *= 3;
+    }
+  }
+  const JointAgreement pooled =
+      CompareMotion(motion, Vector3d::UnitZ(), 1.0).pooled;
+  EXPECT_NEAR(pooled.velocity_rms_m_s, 0.0, 1e-9);
+  EXPECT_NEAR(pooled.acceleration_rms_m_s2, 0.04 / (0.12 * 0.12), 1e-6);
+}
+
 TEST(Agreement, OnlyCentresArePooled) {
   const Pose3d truth = StandingTum14();
   Pose3d found = truth;

@@ -33,26 +33,70 @@ Pose3d Standing(double pelvis, double left, double right, double lift) {
           Observed(left + 0.2, 0.1, lift),  Observed(right + 0.2, -0.1, lift)};
 }
 
-TEST(GaitEvents, WalkingEventsFollowFeetRelativeToPelvis) {
-  // The feet swing 0.3 m about the pelvis with a period of 1 s; the right foot
-  // lags by half a period.
+// Four seconds in which the feet swing 0.3 m about the pelvis with a period of
+// 1 s; the right foot lags by half a period.
+std::vector<Pose3d> Walking() {
   std::vector<Pose3d> poses;
   for (int f = 0; f < 400; ++f) {
     const double t = f / kRate;
     const double swing = 0.3 * std::sin(2.0 * kPi * t);
     poses.push_back(Standing(1.2 * t, 1.2 * t + swing, 1.2 * t - swing, 0.0));
   }
-  const FootEvents found = FindFootEvents(Feet(poses), {0.0, 0.0, 1.0});
+  return poses;
+}
+
+// Checks the times of the events of such a walk.
+int LeftContacts(const FootEvents& found) {
   EXPECT_TRUE(found.is_walk);
-  EXPECT_NEAR(StrideTime(found), 1.0, 1e-3);
   int left_contacts = 0;
   for (const FootEvent& event : found.events) {
     const double sine_at = event.time_s - std::floor(event.time_s);
     const bool is_front = (event.foot == Foot::kLeft) == event.is_contact;
-    EXPECT_NEAR(sine_at, is_front ? 0.25 : 0.75, 1e-3);
+    EXPECT_NEAR(sine_at, is_front ? 0.25 : 0.75, 1e-3) << event.time_s;
     left_contacts += event.foot == Foot::kLeft && event.is_contact ? 1 : 0;
   }
-  EXPECT_EQ(left_contacts, 4);
+  return left_contacts;
+}
+
+TEST(GaitEvents, WalkingEventsFollowFeetRelativeToPelvis) {
+  const FootEvents found = FindFootEvents(Feet(Walking()), {0.0, 0.0, 1.0});
+  EXPECT_NEAR(StrideTime(found), 1.0, 1e-3);
+  EXPECT_EQ(LeftContacts(found), 4);
+}
+
+TEST(GaitEvents, WalkingEventsSurviveATurn) {
+  // Four seconds forth and, after a turn on the spot, four seconds back.
+  std::vector<Pose3d> poses = Walking();
+  for (Pose3d pose : Walking()) {
+    for (Joint3d& joint : pose) {
+      joint.position_m.x() = 4.8 - joint.position_m.x();
+      joint.position_m.y() *= -1.0;
+    }
+    poses.push_back(pose);
+  }
+  const FootEvents found = FindFootEvents(Feet(poses), {0.0, 0.0, 1.0});
+  EXPECT_EQ(LeftContacts(found), 8);
+}
+
+TEST(GaitEvents, EdgesOfGapsAreNoEvents) {
+  // A contact of the left foot at 2.25 s, in a gap from 2.15 s to 2.6 s, in
+  // which frames or feet are missing.
+  const TrackSequence walk = Feet(Walking());
+  TrackSequence without_frames = walk;
+  without_frames.frames.erase(without_frames.frames.begin() + 215,
+                              without_frames.frames.begin() + 260);
+  TrackSequence without_feet = walk;
+  for (size_t f = 215; f < 260; ++f) {
+    Pose3d& joints = without_feet.frames[f].people[0].joints;
+    for (size_t j = 2; j < joints.size(); ++j) joints[j] = Joint3d{};
+  }
+  for (const TrackSequence& motion : {without_frames, without_feet}) {
+    const FootEvents found = FindFootEvents(motion, {0.0, 0.0, 1.0});
+    EXPECT_EQ(LeftContacts(found), 3);
+    for (const FootEvent& event : found.events) {
+      EXPECT_TRUE(event.time_s < 2.15 || event.time_s > 2.6) << event.time_s;
+    }
+  }
 }
 
 TEST(GaitEvents, JumpEventsMatchForcePlates) {

@@ -206,6 +206,25 @@ JointRule HipOf(HipRule kind, const std::string& joint) {
   return rule;
 }
 
+TEST(MarkerSets, LabelsMayDifferInLettersBeyondAscii) {
+  const Vector3d left(0.0, 0.2, 0.5), right(0.0, -0.2, 0.5);
+  const TrackSequence markers = OneFrame({{"膝左", left}, {"膝右", right}});
+  const auto rule = [](const std::string& joint, const std::string& marker) {
+    JointRule one;
+    one.joint = joint;
+    one.markers = {marker};
+    return one;
+  };
+  const MarkerJoints joints = JointsOfMarkers(
+      markers,
+      {"knees",
+       {rule("l_knee", "膝左"), rule("r_knee", "膝右"), rule("neck", "膝中")}});
+  EXPECT_TRUE(JointOf(joints, "l_knee").isApprox(left));
+  EXPECT_TRUE(JointOf(joints, "r_knee").isApprox(right));
+  ASSERT_EQ(joints.lacking.size(), 1u);
+  EXPECT_THAT(joints.lacking[0], HasSubstr("膝中"));
+}
+
 TEST(MarkerSets, HipsByRegression) {
   const TrackSequence markers = OneFrame(Pelvis());
   const MarkerJoints joints = JointsOfMarkers(
