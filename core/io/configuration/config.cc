@@ -190,6 +190,10 @@ struct ConfigFile::Impl {
                       std::vector<Unknown>* unknown) const {
     for (const auto& [name, node] : from) {
       const std::string key = prefix + std::string(name.str());
+      if (name.str().find('.') != std::string_view::npos) {
+        unknown->push_back({key, &node});  // "a.b" in quotes is one name
+        continue;
+      }
       if (open.count(key) != 0) continue;
       const toml::table* inner = node.as_table();
       if (inner == nullptr) {
@@ -211,6 +215,9 @@ struct ConfigFile::Impl {
       if (key == name || key.rfind(name + ".", 0) == 0) {
         return std::string("was removed: ") + gone.instead;
       }
+    }
+    if (known.count(key) != 0 || open.count(key) != 0) {
+      return "is in quotes, expected it without";
     }
     std::set<std::string> all = known;
     all.insert(open.begin(), open.end());

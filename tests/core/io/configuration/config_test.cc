@@ -205,6 +205,15 @@ TEST(Config, SuggestsTheNearestKey) {
   EXPECT_THAT(ErrorOf("", "titel=x"), HasSubstr("did you mean 'title'?"));
 }
 
+TEST(Config, DottedKeysInQuotesAreRefused) {
+  EXPECT_EQ(ErrorOf("title = \"a\"\n\"association.alpha_2d\" = 70\n"),
+            "sample.toml:2: key 'association.alpha_2d': is in quotes, expected "
+            "it without");
+  EXPECT_THAT(ErrorOf("[\"cameras.map\"]\na = \"b\"\n"),
+              HasSubstr("key 'cameras.map': is in quotes"));
+  EXPECT_EQ(Applied("[cameras.map]\n\"cam.1\" = \"x\"\n").map.at("cam.1"), "x");
+}
+
 TEST(Config, AcceptsEmptyKnownTables) {
   EXPECT_EQ(Applied("[association]\n[cameras]\n[cameras.map]\n").epsilon, 10);
 }
