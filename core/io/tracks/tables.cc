@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
@@ -82,7 +83,9 @@ class CsvTrackReader {
   std::string Place() const { return rows_.Place(); }
 
   TrackSequence Read() {
-    TrackCollector collector("csv", SkeletonOfNames(JointNames(), options_),
+    const std::vector<std::string> labels = JointNames();
+    for (size_t j = 0; j < labels.size(); ++j) place_.emplace(labels[j], j);
+    TrackCollector collector("csv", SkeletonOfNames(labels, options_),
                              options_);
     ForEachRow([&](const std::vector<std::string>& cells) {
       ReadRow(cells, &collector);
@@ -151,12 +154,9 @@ class CsvTrackReader {
         collector->Touch(frame)->time = FromSeconds(time_s);
       }
     }
-    const int index =
-        collector->header().skeleton.IndexOf(PlainCell(cell(kJoint)));
-    if (index < 0) {
-      Refuse("joint '{}' is not in the skeleton", Printable(cell(kJoint)));
-    }
-    const auto joint = static_cast<size_t>(index);
+    // By label: the skeleton has the joints in the order of the labels, but may
+    // have other names for them.
+    const size_t joint = place_.at(PlainCell(cell(kJoint)));
     if (seen_[joint]) {
       Refuse("joint '{}' appears twice", Printable(cell(kJoint)));
     }
@@ -194,7 +194,8 @@ class CsvTrackReader {
   const TrackReadOptions& options_;
   CsvRows rows_;
   std::array<std::optional<size_t>, kColumns.size()> column_;
-  PersonPose* person_ = nullptr;  // of the last row
+  std::unordered_map<std::string, size_t> place_;  // of labels
+  PersonPose* person_ = nullptr;                   // of the last row
   int64_t frame_ = 0;
   std::vector<bool> seen_;
 };

@@ -12,6 +12,7 @@
 
 #include "core/io/binary/npz_file.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/joint_names.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
@@ -345,6 +346,27 @@ TEST(TracksCsv, ColumnsInAnyOrderAndQuotedNames) {
   EXPECT_EQ(tracks.frames[1].time, 500'000'000);
   EXPECT_EQ(tracks.frames[1].people.at(0).joints[0].position_m,
             Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(TracksCsv, LabelsInAnySpellingAreRead) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "tracks.csv";
+  for (const Skeleton& skeleton :
+       {WithMarkerNames(Coco17(), MarkerNames::kPose2Sim),
+        Skeleton("arm", {"head", "l_shoulder", "l_elbow", "l_wrist"}, {})}) {
+    const TrackSequence tracks = RandomTracks(skeleton);
+    WriteAs("csv", path, tracks);
+    const TrackSequence again = ReadTracks(path);
+    EXPECT_EQ(again.header.skeleton.joints(), OurJointNames(skeleton.joints()));
+    const Pose3d& expected = tracks.frames.back().people.at(0).joints;
+    const Pose3d& found = again.frames.back().people.at(0).joints;
+    ASSERT_EQ(found.size(), expected.size());
+    for (size_t j = 0; j < expected.size(); ++j) {
+      ASSERT_EQ(found[j].status, expected[j].status);
+      if (!expected[j].present()) continue;
+      EXPECT_EQ(found[j].position_m, expected[j].position_m);
+    }
+  }
 }
 
 TEST(TracksCsv, ErrorsNameFileAndLine) {
