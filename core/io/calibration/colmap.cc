@@ -167,7 +167,7 @@ std::map<int64_t, CameraRecord> ReadAllIntrinsics(const std::string& path) {
 CameraRecord ReadImage(const ModelFile& file,
                        const std::vector<std::string>& words,
                        const std::map<int64_t, CameraRecord>& intrinsics) {
-  if (words.size() != 10) {
+  if (words.size() < 10) {
     file.Fail("found " + std::to_string(words.size()) +
               " words, expected IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, "
               "CAMERA_ID, NAME");
@@ -182,8 +182,22 @@ CameraRecord ReadImage(const ModelFile& file,
   if (!R.has_value()) file.Fail("QW, QX, QY, QZ are not a unit quaternion");
   record.R = *R;
   record.t = {number(5), number(6), number(7)};
-  record.name = words[9];
+  record.name =
+      fmt::format("{}", fmt::join(words.begin() + 9, words.end(), " "));
   return record;
+}
+
+// Checks the second line of an image: X, Y, POINT3D_ID of each point.
+void CheckPoints(const ModelFile& file, const std::vector<std::string>& words) {
+  if (words.size() % 3 == 0 &&
+      std::all_of(words.begin(), words.end(), [](const std::string& word) {
+        return ParseNumber<double>(word).has_value();
+      })) {
+    return;
+  }
+  file.Fail(
+      "expected the points of the image (X, Y, POINT3D_ID, ...), or an empty "
+      "line if it has none");
 }
 
 // Names cameras by their files, or by their folders if these differ.
@@ -271,7 +285,8 @@ CalibrationFile ReadColmap(const CalibrationHead& head) {
   while (file.Next(&words)) {
     result.cameras.push_back(ReadImage(file, words, intrinsics));
     result.cameras.back().file = path;
-    if (!file.Next(&words, /*keep_empty=*/true)) break;  // the image's points
+    if (!file.Next(&words, /*keep_empty=*/true)) break;
+    CheckPoints(file, words);
   }
   NameByImages(&result.cameras);
   return result;

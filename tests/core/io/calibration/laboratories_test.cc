@@ -485,6 +485,14 @@ TEST(ColmapCalibration, OneImageFolderPerCameraNamesTheCameras) {
   EXPECT_THAT(NamesOf(ReadCameras(path)), ElementsAre("cam_1", "cam_2"));
 }
 
+TEST(ColmapCalibration, NamesOfImagesMayHaveSpaces) {
+  const TemporaryFolder folder;
+  const std::string path = WriteModel(folder, "sparse", kCameras,
+                                      "1 1 0 0 0 1 2 3 7 cam 1.jpg\n\n"
+                                      "2 1 0 0 0 1 2 4 7 cam 2.jpg\n1 2 -1\n");
+  EXPECT_THAT(NamesOf(ReadCameras(path)), ElementsAre("cam 1", "cam 2"));
+}
+
 // COLMAP's scale is arbitrary.
 TEST(ColmapCalibration, UnitOptionScalesTheWorld) {
   const TemporaryFolder folder;
@@ -516,6 +524,10 @@ TEST(ColmapCalibration, ErrorsNameFileAndLine) {
       {camera, "1 1 0 0 0 1 2 3 7\n", "images.txt: line 1: found 9 words"},
       {camera, "1 2 0 0 0 1 2 3 7 a.jpg\n", "not a unit quaternion"},
       {camera, "1 1 0 0 0 1 2 inf 7 a.jpg\n", "found 'inf'"},
+      {camera, "# a\n1 1 0 0 0 1 2 3 7 a.jpg\n2 1 0 0 0 1 2 3 7 b.jpg\n",
+       "images.txt: line 3: expected the points of the image"},
+      {camera, "1 1 0 0 0 1 2 3 7 a.jpg\n2 1 0 0 0 1 2 3 7 cam b 2.jpg\n",
+       "images.txt: line 2: expected the points of the image"},
       {camera, "# nobody\n", "has no cameras"},
       {camera, image + image, "camera 'cam_2': appears twice"},
       {"7 FULL_OPENCV 640 480 600 610 320 240 0.1 0 0 0 0 0.2 0 0\n", image,
