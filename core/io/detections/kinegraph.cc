@@ -171,10 +171,13 @@ class KinegraphSource : public DetectionSource {
   void SetTimes(DetectionFrame* frame) {
     if (!has_time_) {
       frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
-    } else if (!options_.any_clock && last_time_.has_value() &&
-               frame->time <= *last_time_) {
+    }
+    had_time_ = had_time_ || has_time_;
+    if (had_time_ && !options_.any_clock && last_time_.has_value() &&
+        frame->time <= *last_time_) {
       throw InputError("time: found " + std::to_string(ToSeconds(frame->time)) +
-                       " after " + std::to_string(ToSeconds(*last_time_)) +
+                       (has_time_ ? "" : " (frame / frame_rate)") + " after " +
+                       std::to_string(ToSeconds(*last_time_)) +
                        ", expected times to ascend");
     }
     last_time_ = frame->time;
@@ -232,6 +235,7 @@ class KinegraphSource : public DetectionSource {
   int64_t stated_frames_ = -1;
   BadFrames bad_;
   std::optional<TimeNs> last_time_;
+  bool had_time_ = false;                    // of any frame
   bool has_time_ = false;                    // of the current frame
   std::optional<JsonObject> capture_times_;  // likewise
   std::string_view capture_key_;

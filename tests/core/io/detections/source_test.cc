@@ -504,6 +504,19 @@ TEST(ViewTimes, AreCaptureTimes) {
       InputError);
 }
 
+// A frame without a time is at its number / frame rate.
+TEST(ViewTimes, FramesWithoutATimeMustFitTheOthers) {
+  const std::string first = R"({"frame": 1, "time": 100.0, "views": {}})";
+  const std::string error = testing::FaultOf(
+      "a.jsonl", OwnFile(first + "\n" + R"({"frame": 30, "views": {}})"));
+  EXPECT_THAT(error, ::testing::HasSubstr("line 3: time: found 1.2"));
+  EXPECT_EQ(RecordingIn("b.jsonl", OwnFile(R"({"frame": 0, "views": {}})"
+                                           "\n" +
+                                           first))
+                .frames.size(),
+            2u);
+}
+
 // Mirrored pixels are counted from the opposite side.
 TEST(Source, MirroredViewsAreMirroredBack) {
   const std::string text = OwnFile(
