@@ -291,11 +291,34 @@ class DetectionWriter::Impl {
                              std::to_string(frame.frame) +
                              " do not fit the file that is being written");
     }
+    const bool is_first = last_frame_ < 0;
     last_frame_ = frame.frame;
+    has_clock_ = has_clock_ || frame.time != 0;
+    // Whether 0 is the time of the first frame follows from the second.
+    if (is_first && !has_clock_) {
+      waiting_ = frame;
+      return;
+    }
+    WriteWaiting();
+    WriteLine(frame);
+  }
+
+  void Commit() {
+    WriteWaiting();
+    file_.Commit();
+  }
+
+ private:
+  void WriteWaiting() {
+    if (waiting_.has_value()) WriteLine(*waiting_);
+    waiting_.reset();
+  }
+
+  void WriteLine(const DetectionFrame& frame) {
     out_.Add("{\"frame\": ", frame.frame);
     // Without a frame rate all times are 0. They are omitted, so that a reader
     // that is given the rate can compute them.
-    if (has_clock_ || frame.time != 0) {
+    if (has_clock_) {
       out_.Text(", \"time\": ");
       out_.Seconds(frame.time);
     }
@@ -311,9 +334,6 @@ class DetectionWriter::Impl {
     out_.FlushTo(&file_);
   }
 
-  void Commit() { file_.Commit(); }
-
- private:
   void WriteHeader(const DetectionHeader& header) {
     out_.Add("{\"kinegraph_detections\": 1, \"skeleton\": ",
              SkeletonJson(header.skeleton), ", \"frame_rate\": ");
@@ -365,7 +385,8 @@ class DetectionWriter::Impl {
 
   AtomicFile file_;
   const size_t joint_count_;
-  const bool has_clock_;
+  bool has_clock_;
+  std::optional<DetectionFrame> waiting_;
   std::vector<std::string> views_;  // quoted
   int64_t last_frame_ = -1;
   JsonOutput out_;

@@ -256,6 +256,29 @@ TEST(DetectionWriter, KeepsEveryBit) {
       std::signbit(read.frames[0].views[1].detections[0].joints[0].px.x()));
 }
 
+// Without a frame rate, times that are all 0 are unknown.
+TEST(DetectionWriter, KeepsTheTimeOfAFirstFrameAtZero) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "times.jsonl";
+  DetectionReadOptions options;
+  options.frame_rate_hz = 25.0;
+  for (const bool has_times : {true, false}) {
+    DetectionSequence sequence = OddSequence();
+    for (size_t f = 0; f < 2; ++f) {
+      DetectionFrame& frame = sequence.frames[f];
+      frame.frame = 300 + static_cast<int64_t>(f);
+      frame.time = has_times ? static_cast<TimeNs>(f) * 40'000'000 : 0;
+      for (auto& view : frame.views) view.capture_time = frame.time;
+    }
+    WriteDetections(path, sequence);
+    const DetectionSequence read = ReadDetections(path, options);
+    ASSERT_EQ(read.frames.size(), 2u);
+    const TimeNs first = has_times ? 0 : 12'000'000'000;
+    EXPECT_EQ(read.frames[0].time, first);
+    EXPECT_EQ(read.frames[1].time, first + 40'000'000);
+  }
+}
+
 TEST(DetectionWriter, LeavesNothingWithoutCommit) {
   const TemporaryFolder folder;
   const DetectionSequence sequence = OddSequence();
