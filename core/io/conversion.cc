@@ -25,6 +25,7 @@
 #include "core/io/file_kind.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
 #include "core/io/text/gone_formats.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/format.h"
@@ -250,22 +251,51 @@ std::string ConvertCalibration(const ConversionOptions& flags,
   return fmt::format("{} cameras", cameras.size());
 }
 
-// Counts the frames that pass through.
+// A frame's number and time.
+struct FrameTime {
+  int64_t frame = 0;
+  TimeNs time = 0;
+};
+
+// Throws InputError if the input's times contradict --frame_rate, which is for
+// input without a rate.
+void CheckFrameRate(const ConversionOptions& flags, const FrameTime& first,
+                    const FrameTime& last) {
+  const double seconds = ToSeconds(last.time - first.time);
+  if (!(flags.frame_rate_hz > 0.0 && seconds > 0.0)) return;
+  const double rate_hz =
+      static_cast<double>(last.frame - first.frame) / seconds;
+  if (!AreOtherRates(flags.frame_rate_hz, rate_hz)) return;
+  Refuse(
+      "--frame_rate={:g} is for input that does not specify its rate, but the "
+      "times in the input imply {:.6g} Hz",
+      flags.frame_rate_hz, rate_hz);
+}
+
+// Counts the frames that pass through, and checks their times at the end.
 class CountingSource final : public DetectionSource {
  public:
-  explicit CountingSource(std::unique_ptr<DetectionSource> source)
-      : source_(std::move(source)) {}
+  CountingSource(std::unique_ptr<DetectionSource> source,
+                 const ConversionOptions& flags)
+      : source_(std::move(source)), flags_(flags) {}
   const DetectionHeader& header() const override { return source_->header(); }
   bool Next(DetectionFrame* frame) override {
-    const bool has_frame = source_->Next(frame);
-    frame_count_ += has_frame ? 1 : 0;
-    return has_frame;
+    if (!source_->Next(frame)) {
+      CheckFrameRate(flags_, first_, last_);
+      return false;
+    }
+    last_ = {frame->frame, frame->time};
+    if (frame_count_++ == 0) first_ = last_;
+    return true;
   }
   size_t frames() const { return frame_count_; }
 
  private:
   std::unique_ptr<DetectionSource> source_;
+  const ConversionOptions& flags_;
   size_t frame_count_ = 0;
+  FrameTime first_;
+  FrameTime last_;
 };
 
 std::string ConvertDetections(const ConversionOptions& flags,
@@ -275,7 +305,8 @@ std::string ConvertDetections(const ConversionOptions& flags,
   if (flags.from != "auto") read.format = flags.from;
   if (!flags.skeleton.empty()) read.skeleton = SkeletonFlag(flags);
   read.frame_rate_hz = flags.frame_rate_hz;
-  CountingSource source(OpenDetections(flags.in, read));
+  read.refuse_other_rate = true;
+  CountingSource source(OpenDetections(flags.in, read), flags);
   DetectionWriteOptions write;
   const std::vector<double>& size = options.cameras.image_size;
   if (!flags.image_size.empty() && size.size() != 2) {
@@ -425,26 +456,6 @@ void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
   }
 }
 
-// Throws InputError if the input's times contradict --frame_rate, which is for
-// input without a rate.
-void CheckFrameRate(const ConversionOptions& flags,
-                    const TrackSequence& tracks) {
-  if (!(flags.frame_rate_hz > 0.0) || tracks.frames.size() < 2) return;
-  const TrackFrame& first = tracks.frames.front();
-  const TrackFrame& last = tracks.frames.back();
-  const double seconds = ToSeconds(last.time - first.time);
-  if (!(seconds > 0.0)) return;
-  const double rate_hz =
-      static_cast<double>(last.frame - first.frame) / seconds;
-  constexpr double kAlike =
-      0.01;  // times of individual frames may be inaccurate
-  if (std::abs(rate_hz - flags.frame_rate_hz) <= kAlike * rate_hz) return;
-  Refuse(
-      "--frame_rate={:g} is for input that does not specify its rate, but the "
-      "times in the input imply {:.6g} Hz",
-      flags.frame_rate_hz, rate_hz);
-}
-
 std::string ConvertTracks(const ConversionOptions& flags,
                           const ConvertOptions& options,
                           LostFields* lost_fields) {
@@ -452,12 +463,17 @@ std::string ConvertTracks(const ConversionOptions& flags,
   if (flags.from != "auto") read.format = flags.from;
   if (!flags.skeleton.empty()) read.skeleton = SkeletonFlag(flags);
   read.frame_rate_hz = flags.frame_rate_hz;
+  read.refuse_other_rate = true;
   read.first_frame = options.first_frame;
   if (!flags.axes.empty()) read.axes = AxisMap::Parse(flags.axes);
   if (!flags.unit.empty()) read.unit_m = ParseLengthUnit(flags.unit);
   const TrackFormat& from = FormatOfTracks(flags.in, read);
   TrackSequence tracks = ReadTracks(flags.in, read);
-  CheckFrameRate(flags, tracks);
+  if (!tracks.frames.empty()) {
+    const TrackFrame& first = tracks.frames.front();
+    const TrackFrame& last = tracks.frames.back();
+    CheckFrameRate(flags, {first.frame, first.time}, {last.frame, last.time});
+  }
   const TrackFormat& to = *FindTrackFormat(flags.to);
   KeepPerson(flags, to, &tracks);
   TrackExportOptions write;

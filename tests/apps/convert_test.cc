@@ -160,6 +160,16 @@ TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
   const std::string& cameras = recording.cameras;
   const std::string& detections = recording.detections;
   const std::string& tracks = recording.tracks;
+  const std::string c3d = folder.path() / "take.c3d";
+  Converted("--to=c3d --in=" + tracks + " --out=" + c3d);
+  const std::string timed = folder.Write(
+      "timed.jsonl", R"({"kinegraph_detections": 1, "skeleton": {"name": "s", )"
+                     R"("joints": ["a"], "bones": []}, "views": ["v"]})"
+                     "\n"
+                     R"({"frame": 1, "time": 0.04, "views": {}})"
+                     "\n"
+                     R"({"frame": 2, "time": 0.08, "views": {}})"
+                     "\n");
   const std::string to_out = " --out=" + out;
   struct Case {
     std::string flags;
@@ -192,6 +202,12 @@ TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
             "--skeleton applies to"},
            {"--to=csv --frame_rate=61", tracks, to_out,
             "--frame_rate=61 is for input that does not specify its rate"},
+           {"--to=kinegraph --frame_rate=100", detections, to_out,
+            "--frame_rate=100 is for input that does not specify its rate"},
+           {"--to=kinegraph --frame_rate=100", timed, to_out,
+            "but the times in the input imply 25 Hz"},
+           {"--to=csv --frame_rate=100", c3d, to_out,
+            "but the input specifies 25 Hz"},
            {"--to=trc --axes=x,z,y", tracks, to_out, "mirroring"},
            {"--to=csv --skeleton=octopus", tracks, to_out, "--skeleton"},
            {"--to=krt --set=cameras.unitt=cm", cameras, to_out, "cameras.unit"},

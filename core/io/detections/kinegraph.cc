@@ -75,9 +75,9 @@ class KinegraphSource : public DetectionSource {
         {"views", Presence::kRequired, &Self::AcceptViewNames},
         {"frames", Presence::kOptional, &Self::AcceptFrameCount}};
     ReadKeys(object, kKeys, this, &header_);
-    if (options_.frame_rate_hz > 0.0) {
-      header_.frame_rate_hz = options_.frame_rate_hz;
-    }
+    header_.frame_rate_hz =
+        ChooseFrameRate(options_.frame_rate_hz, header_.frame_rate_hz,
+                        options_.refuse_other_rate);
     if (options_.skeleton) OverrideSkeleton();
   }
 

@@ -35,6 +35,8 @@ struct DetectionReadOptions {
   std::optional<Skeleton> skeleton;
   // Overrides the file's frame rate; 0: not given.
   double frame_rate_hz = 0.0;
+  // Refuses that rate if the file states another one.
+  bool refuse_other_rate = false;
   // Views whose files have their own frame rate [Hz].
   std::map<std::string, double> view_frame_rate_hz;
   // Subtracted from the frame numbers of a view's files.

@@ -1,5 +1,7 @@
 #include "core/io/text/bulk_json.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -255,6 +257,22 @@ double AsFrameRate(JsonValue value, std::string_view key) {
   const double rate_hz = AsNumber(value, key);
   CheckFrameRate(rate_hz > 0.0 ? rate_hz : -1.0, key);
   return rate_hz;
+}
+
+bool AreOtherRates(double a_hz, double b_hz) {
+  constexpr double kAlike = 0.01;  // rates and times may be inaccurate
+  return std::abs(a_hz - b_hz) > kAlike * b_hz;
+}
+
+double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other) {
+  if (!(given_hz > 0.0)) return stated_hz;
+  if (refuse_other && stated_hz > 0.0 && AreOtherRates(given_hz, stated_hz)) {
+    throw InputError(fmt::format(
+        "--frame_rate={:g} is for input that does not specify its rate, but "
+        "the input specifies {:.6g} Hz",
+        given_hz, stated_hz));
+  }
+  return given_hz;
 }
 
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz) {

@@ -68,6 +68,11 @@ int64_t AsId(JsonValue value, std::string_view key);
 TimeNs AsTime(JsonValue value, std::string_view key);
 // A frame rate [Hz]; 0 for null, which means unknown.
 double AsFrameRate(JsonValue value, std::string_view key);
+// `given_hz`, otherwise the file's `stated_hz`; 0: unknown. Throws InputError
+// without a file name if they differ and `refuse_other`.
+double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other);
+// Whether two rates or periods differ by more than rounding.
+bool AreOtherRates(double a_hz, double b_hz);
 // frame / rate; 0 when the rate is 0.
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz);
 

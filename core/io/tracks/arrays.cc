@@ -114,9 +114,9 @@ class NpzTrackReader {
     }
   }
 
-  // The file's frame rate; 0 if it is unknown or the options specify one.
+  // The file's frame rate; 0 if it is unknown.
   double ReadFrameRate() const {
-    if (options_.frame_rate_hz > 0.0 || !file_.Has("frame_rate")) return 0.0;
+    if (!file_.Has("frame_rate")) return 0.0;
     const double rate = file_.Numbers("frame_rate", 0).front();
     if (rate > kMaxFrameRate_hz || rate < 0.0)
       file_.Fail("frame_rate", "expected a frame rate in Hz");

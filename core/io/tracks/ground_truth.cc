@@ -210,7 +210,9 @@ bool RecognisePanopticTracks(const TrackHead& head) {
 
 TrackSequence ReadPanopticTracks(const std::string& path,
                                  const TrackReadOptions& options) {
-  TrackCollector collector("panoptic", Panoptic19(), options, kHdFrameRateHz);
+  const double rate_hz =
+      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : kHdFrameRateHz;
+  TrackCollector collector("panoptic", Panoptic19(), options, rate_hz);
   JsonFileParser parser;
   for (const std::string& file : ListScenes(path)) {
     const std::optional<int64_t> frame =

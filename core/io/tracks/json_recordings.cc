@@ -180,8 +180,10 @@ TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
           AsArray(Required(pose, "points_3d"), "points_3d").size());
     }
   });
+  const double rate_hz =
+      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : kLongcwFrameRateHz;
   TrackCollector collector("longcw", skeleton.value_or(Tum14()), options,
-                           kLongcwFrameRateHz);
+                           rate_hz);
   std::set<int64_t> seen;
   for_each_frame([&](const JsonObject& frame, const JsonArray& poses) {
     const LongcwTime time = ReadLongcwTime(Required(frame, "timestamp"),

@@ -237,10 +237,12 @@ class KinegraphTrackReader {
         is_of_adapter_(true),
         skeleton_(skeleton) {}
 
-  TrackSequence Read(double frame_rate_hz) {
+  TrackSequence Read(const TrackReadOptions& options) {
     lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
     const bool had_rate = header_.frame_rate_hz > 0.0;
-    if (frame_rate_hz > 0.0) header_.frame_rate_hz = frame_rate_hz;
+    header_.frame_rate_hz =
+        ChooseFrameRate(options.frame_rate_hz, header_.frame_rate_hz,
+                        options.refuse_other_rate);
     TrackSequence sequence;
     TrackFrame frame;
     while (lines_.ReadFrame(
@@ -520,7 +522,7 @@ bool RecogniseKinegraphTracks(const TrackHead& head) {
 
 TrackSequence ReadKinegraphTracks(const std::string& path,
                                   const TrackReadOptions& options) {
-  return KinegraphTrackReader(path).Read(options.frame_rate_hz);
+  return KinegraphTrackReader(path).Read(options);
 }
 
 TrackSequence ReadTracksByAdapter(const Adapter& adapter,
@@ -535,7 +537,7 @@ TrackSequence ReadTracksByAdapter(const Adapter& adapter,
   TrackSequence tracks = run.Guard([&] {
     return KinegraphTrackReader(path, run.TakeOutput(), run.silence_ms(),
                                 options.skeleton)
-        .Read(options.frame_rate_hz);
+        .Read(options);
   });
   run.Finish();
   return tracks;

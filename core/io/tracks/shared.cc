@@ -106,8 +106,8 @@ TrackCollector::TrackCollector(const std::string& mode,
                                double file_hz) {
   header_.mode = mode;
   header_.skeleton = skeleton;
-  header_.frame_rate_hz =
-      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : file_hz;
+  header_.frame_rate_hz = ChooseFrameRate(options.frame_rate_hz, file_hz,
+                                          options.refuse_other_rate);
 }
 
 TrackFrame* TrackCollector::Touch(int64_t frame_number) {

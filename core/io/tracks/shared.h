@@ -78,7 +78,7 @@ void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
 class TrackCollector {
  public:
   // `mode`: name of the format. The frame rate is the one in the options,
-  // otherwise `file_hz`.
+  // otherwise `file_hz`, the one that the file states.
   TrackCollector(const std::string& mode, const Skeleton& skeleton,
                  const TrackReadOptions& options, double file_hz = 0.0);
   const TrackHeader& header() const { return header_; }

@@ -28,6 +28,8 @@ struct TrackReadOptions {
   // Overrides the file's rate. 0: not given; then 25 for longcw, whose frame
   // numbers are round(25 timestamp).
   double frame_rate_hz = 0.0;
+  // Refuses that rate if the file states another one.
+  bool refuse_other_rate = false;
   // Frame of the first entry of 4D association's files: Shelf's test set begins
   // at 300.
   int64_t first_frame = 300;
