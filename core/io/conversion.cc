@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <optional>
@@ -311,6 +312,11 @@ std::string ConvertDetections(const ConversionOptions& flags,
   const std::vector<double>& size = options.cameras.image_size;
   if (!flags.image_size.empty() && size.size() != 2) {
     Refuse("--image_size: found '{}', expected W,H",
+           Printable(flags.image_size));
+  }
+  for (const double side : size) {
+    if (side >= 1.0 && side <= 1e6 && side == std::floor(side)) continue;
+    Refuse("--image_size: found '{}', expected W,H in whole pixels",
            Printable(flags.image_size));
   }
   if (size.size() == 2) {
