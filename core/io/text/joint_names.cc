@@ -109,11 +109,21 @@ bool Strip(const std::string& text, const std::string& end, bool at_front,
   return true;
 }
 
-Meaning MeaningOf(const std::string& label) {
-  // "Anna:LAnkle (mm)" -> "lankle"; npos + 1 is 0.
+// "Anna:LAnkle (mm)" -> "LAnkle".
+std::string PartIn(const std::string& label) {
   const std::string name = WithoutUnit(label);
-  const std::string squeezed =
-      Squeezed(name.substr(name.find_last_of(':') + 1));
+  return name.substr(name.find_last_of(':') + 1);  // npos + 1 is 0
+}
+
+// The back of a box or vehicle, or the right ear beside a left one.
+bool IsRear(const std::string& label) {
+  const std::string part = PartIn(label);
+  return part == "rear" || part == "Rear" || part == "REAR";
+}
+
+Meaning MeaningOf(const std::string& label) {
+  if (IsRear(label)) return {Meaning::Kind::kNone, label, label, -1};
+  const std::string squeezed = Squeezed(PartIn(label));
   if (auto meaning = MeaningAmong(CentralParts(), squeezed, "", label)) {
     return *meaning;
   }
@@ -164,6 +174,12 @@ std::string JointNameOf(const std::string& label) {
 std::vector<std::string> OurJointNames(const std::vector<std::string>& labels) {
   std::vector<Meaning> meanings;
   for (const std::string& label : labels) meanings.push_back(MeaningOf(label));
+  const bool has_l_ear = std::any_of(
+      meanings.begin(), meanings.end(),
+      [](const Meaning& meaning) { return meaning.joint == "l_ear"; });
+  for (size_t i = 0; i < labels.size(); ++i) {
+    if (has_l_ear && IsRear(labels[i])) meanings[i] = MeaningOf("r ear");
+  }
   const bool are_a_humans =
       std::none_of(labels.begin(), labels.end(), IsAnimalPart) &&
       std::any_of(meanings.begin(), meanings.end(), [](const Meaning& meaning) {

@@ -61,6 +61,10 @@ TEST(JointNames, AreRecognisedInManySpellings) {
                                      {"Hip", "mid_hip"},
                                      {"RHip", "r_hip"},
                                      {"snout", "snout"},
+                                     {"rear", "rear"},
+                                     {"REar", "r_ear"},
+                                     {"R ear", "r_ear"},
+                                     {"r_ear", "r_ear"},
                                      // With a unit or a subject.
                                      {"LAnkle (mm)", "l_ankle"},
                                      {"LAnkle [m]", "l_ankle"},
@@ -94,6 +98,10 @@ TEST(JointNames, AreUniqueForAllSpellings) {
            {{"root", "hip", "pelvis", "left_hip"},
             {"root", "hip", "mid_hip", "l_hip"}},
            {{"left_toe", "left_big_toe"}, {"l_toe", "l_big_toe"}},
+           // A box, or an animal.
+           {{"front", "Rear"}, {"front", "Rear"}},
+           {{"nose", "lear", "rear"}, {"nose", "l_ear", "r_ear"}},
+           {{"leftear", "rightear", "rear"}, {"l_ear", "r_ear", "rear"}},
            // Markers, and parts of animals.
            {{"HEAD", "C7", "LTOE"}, {"HEAD", "C7", "LTOE"}},
            {{"nose", "head", "left_hip", "foot_l", "Tail_0"},
