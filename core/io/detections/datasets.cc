@@ -70,7 +70,6 @@ std::unique_ptr<DetectionSource> ReadLongcwFile(
                        " appears twice for this camera");
     }
     DetectionFrame* frame = collector.Touch(time.frame);
-    frame->time = time.time;
     frame->views[view_idx].capture_time = time.time;
     for (const JsonValue pose : AsArray(Required(object, "poses"), "poses")) {
       ReadPose(AsObject(pose, "poses"), options.zero_confidence,

@@ -220,6 +220,25 @@ TEST(ReadDetections, LongcwAnnotationHasTimes) {
             Eigen::Vector2d(153.0, 204.0));
 }
 
+TEST(ReadDetections, LongcwTimesDoNotDependOnTheOrderOfImages) {
+  const std::string a =
+      R"("a/1.jpg": {"camera": "a", "timestamp": 1.0, "poses": []})";
+  const std::string b =
+      R"("b/1.jpg": {"camera": "b", "timestamp": 1.012, "poses": []})";
+  DetectionReadOptions options;
+  options.format = "longcw";
+  const auto recording = [&](const std::string& images) {
+    return RecordingIn(
+        "annotation_2d.json",
+        R"({"image_wh": [640, 480], "frames": {)" + images + "}}", options);
+  };
+  const DetectionSequence read = recording(a + ", " + b);
+  ExpectSame(read, recording(b + ", " + a));
+  ASSERT_EQ(read.frames.size(), 1u);
+  EXPECT_EQ(read.frames[0].time, 1'000'000'000);
+  EXPECT_EQ(read.frames[0].views[1].capture_time, 1'012'000'000);
+}
+
 // Two views whose clocks differ, -0.0, tiny and huge numbers, a missing joint.
 DetectionSequence OddSequence() {
   DetectionSequence sequence;
