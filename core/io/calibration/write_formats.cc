@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/data/checks.h"
 #include "core/io/calibration/format.h"
 
 namespace kinegraph {
@@ -22,6 +23,7 @@ void WriteCalibration(const std::string& path, const std::string& format,
     throw InputError("format: found '" + Printable(format) +
                      "', expected one of " + names);
   }
+  CheckCameraNames(cameras);
   found->write(path, cameras, lost_fields);
 }
 

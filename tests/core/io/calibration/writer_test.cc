@@ -228,6 +228,25 @@ TEST(CalibrationWriter, RefusesWhatTheFormatCannotExpress) {
       << "a rejected write left a file";
 }
 
+TEST(CalibrationWriter, RefusesCamerasOfOneName) {
+  CameraParameters parameters;
+  parameters.name = "a";
+  parameters.width_px = parameters.height_px = 100;
+  const TemporaryFolder folder;
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    if (format.write == nullptr) continue;
+    LostFields lost_fields;
+    ExpectInputError(
+        [&] {
+          WriteCalibration(folder.path() / "result", format.name,
+                           {Camera(parameters), Camera(parameters)},
+                           &lost_fields);
+        },
+        "'a' appears twice");
+  }
+  EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
+}
+
 TEST(CalibrationWriter, ReportsAnOmittedSkew) {
   CameraParameters parameters;
   parameters.name = "a";
