@@ -167,6 +167,21 @@ TEST(DetectionExport, OwnFormatReportsJointsAndIndices) {
   EXPECT_EQ(lost_fields.size(), 2u);
 }
 
+TEST(DetectionExport, MediaPipeTablesQuoteNamesOfJoints) {
+  const TemporaryFolder folder;
+  DetectionSequence sequence = Timed(
+      RandomSequence(Skeleton("odd", {"paw, left", "=tail", "l_ear"}, {})));
+  const std::string path = folder.path() / "a";
+  Write("mediapipe", path, sequence);
+  const DetectionSequence read = ReadDetections(path);
+  EXPECT_EQ(read.header.skeleton.joints(), sequence.header.skeleton.joints());
+  EXPECT_EQ(read.frames.size(), sequence.frames.size());
+  sequence = RandomSequence(Skeleton("two", {"l_eye", "left_eye"}, {}));
+  ExpectInputError([&] { Write("mediapipe", folder.path() / "b", sequence); },
+                   "joint 'left_eye': two joints have the name 'left_eye'");
+  EXPECT_FALSE(fs::exists(folder.path() / "b"));
+}
+
 // A file in a format is recognised only by this format, and preserves all data
 // that the format can represent, for each layout that its files determine.
 TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
