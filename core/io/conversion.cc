@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -492,6 +493,17 @@ std::string ConvertTracks(const ConversionOptions& flags,
   NoteAxes(tracks, from, to, write.axes, lost_fields);
   RenameMarkers(flags, to, &tracks);
   write.names = ReadPersonNames(flags.in);
+  if (IsPipe(flags.in) && from.read_names != nullptr) {
+    lost_fields->push_back("names of people are not read from a pipe");
+  }
+  if (!flags.person.empty()) {
+    const std::vector<int64_t> ids = IdsOf(tracks);
+    for (auto at = write.names.begin(); at != write.names.end();) {
+      const bool is_kept =
+          std::binary_search(ids.begin(), ids.end(), at->first.value());
+      at = is_kept ? std::next(at) : write.names.erase(at);
+    }
+  }
   if (!write.names.empty() && !to.keeps_names) {
     lost_fields->push_back("names of people are not kept");
   }

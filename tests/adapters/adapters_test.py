@@ -248,6 +248,12 @@ class Files(Adapters):
                 file["edge_inds"] = np.array(edges)
             self.assertEqual(self.lines(path)[0]["skeleton"]["bones"], expected)
 
+    def test_sleap_frames_begin_at_the_first_frame(self):
+        path = self.folder / "a.h5"
+        samples.write_sleap(path, 0, own_order=True)
+        frames = [line["frame"] for line in self.lines("--first_frame=100", path)[1:]]
+        self.assertEqual(frames, list(range(100, 100 + samples.FRAMES)))
+
     def test_sleap_instances_corrected_by_hand_count(self):
         path = self.folder / "a.h5"
         samples.write_sleap(path, 0, own_order=False)

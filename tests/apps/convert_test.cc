@@ -319,6 +319,7 @@ TEST(Convert, ReadsTracksFromAPipe) {
     const auto outcome = feed(std::string(from) + " --to=csv --out=" + piped);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
     EXPECT_EQ(testing::ContentOf(piped), testing::ContentOf(direct));
+    EXPECT_THAT(outcome.errors, HasSubstr("names of people are not read"));
     fs::remove(piped);
   }
   // Three kinds of files have a format named kinegraph.
@@ -387,6 +388,14 @@ TEST(Convert, ChoosesMarkerNamesAndPerson) {
   std::string named = ReadTextFile(tracks);
   named.insert(1, R"("names":{"3":"Carl"},)");
   EXPECT_EQ(chosen("Carl", folder.Write("own.jsonl", named)), TrackId(3));
+  // An excerpt has no names of other people.
+  named = ReadTextFile(tracks);
+  named.insert(1, R"("names":{"3":"Carl","8":"Dora"},)");
+  const std::string excerpt = folder.path() / "excerpt.jsonl";
+  Converted("--person=3 --in=" + folder.Write("both.jsonl", named) +
+            " --out=" + excerpt);
+  EXPECT_THAT(ReadTextFile(excerpt), HasSubstr("Carl"));
+  EXPECT_THAT(ReadTextFile(excerpt), Not(HasSubstr("Dora")));
   // The last name given to a person is used.
   folder.Write("take.identity.jsonl",
                of_tracks + R"({"op": "name", "persons": [3], "name": "Anna"})"

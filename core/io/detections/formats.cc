@@ -308,7 +308,7 @@ void WriteBox(const DetectionSummary& summary, JsonOutput* out) {
 void WriteFrames(DetectionSource* source, bool skeleton_known,
                  LostFields* lost_fields,
                  const std::function<void(const DetectionFrame& frame)>& write,
-                 bool rate_known) {
+                 bool rate_known, bool keeps_times) {
   const DetectionHeader header = source->header();
   int64_t zero_confidence_joints = 0;
   int64_t moved = 0;  // detections that get another index in their view
@@ -334,7 +334,8 @@ void WriteFrames(DetectionSource* source, bool skeleton_known,
     if (is_lost) lost_fields->push_back(what);
   };
   note(header.frame_rate_hz > 0.0 && !rate_known, "the frame rate is not kept");
-  note(own_times, "times other than frame / frame rate are not kept");
+  note(own_times && !keeps_times,
+       "times other than frame / frame rate are not kept");
   note(!skeleton_known, "the file does not specify the skeleton '" +
                             header.skeleton.name() +
                             "': name it when reading (detections.skeleton)");
@@ -345,8 +346,8 @@ void WriteFrames(DetectionSource* source, bool skeleton_known,
   note(moved > 0, "people without joints are left out, so that " +
                       std::to_string(moved) +
                       " detections get another index in their frame");
-  note(!std::is_sorted(header.view_names.begin(), header.view_names.end(),
-                       NaturalLess),
+  note(!keeps_times && !std::is_sorted(header.view_names.begin(),
+                                       header.view_names.end(), NaturalLess),
        "views are read back in the order of their names");
 }
 

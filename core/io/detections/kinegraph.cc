@@ -13,6 +13,7 @@
 #include "core/data/checks.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
+#include "core/io/detections/view_files.h"
 #include "core/io/detections/writer.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/bulk_json.h"
@@ -265,8 +266,10 @@ void WriteKinegraph(const std::string& path, const DetectionWriteOptions&,
     lost_fields->push_back("the frame rate is not known (--frame_rate=HZ)");
   }
   DetectionWriter writer(path, source->header());
-  DetectionFrame frame;
-  while (source->Next(&frame)) writer.Write(frame);
+  WriteFrames(
+      source, /*skeleton_known=*/true, lost_fields,
+      [&](const DetectionFrame& frame) { writer.Write(frame); },
+      /*rate_known=*/true, /*keeps_times=*/true);
   writer.Commit();
 }
 

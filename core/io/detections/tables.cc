@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -364,7 +365,7 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
     return columns.joints.emplace_back();
   };
   for (size_t c = 0; c < header.size(); ++c) {
-    const std::string& name = header[c];
+    const std::string name = PlainCell(header[c]);
     const int place = static_cast<int>(c);
     if (name == "frame") columns.frame = place;
     for (const auto& [end, column] :
@@ -454,9 +455,16 @@ void WriteMediapipe(const std::string& path, const DetectionWriteOptions&,
                     DetectionSource* source, LostFields* lost_fields) {
   const Skeleton& skeleton = source->header().skeleton;
   std::string heading = "frame,person";
+  std::set<std::string> labels;
   for (const std::string& joint : skeleton.joints()) {
+    const std::string label = LongJointName(joint);
+    if (!labels.insert(label).second) {
+      throw InputError("joint '" + Printable(joint) +
+                       "': two joints have the name '" + Printable(label) +
+                       "' in this format");
+    }
     for (const char* column : {"_x", "_y", "_visibility"}) {
-      heading += "," + LongJointName(joint) + column;
+      heading += "," + CsvCell(label + column);
     }
   }
   const int64_t empty_frames =

@@ -39,11 +39,11 @@ void WriteBox(const DetectionSummary& summary, JsonOutput* out);
 // Passes each frame of `source` to `write`, and notes what is lost by a format
 // that stores only frame numbers, x, y and confidence. `skeleton_known`: the
 // file determines the skeleton for its readers; `rate_known`: they know the
-// frame rate.
+// frame rate; `keeps_times`: the file keeps all times and the order of views.
 void WriteFrames(DetectionSource* source, bool skeleton_known,
                  LostFields* lost_fields,
                  const std::function<void(const DetectionFrame& frame)>& write,
-                 bool rate_known = false);
+                 bool rate_known = false, bool keeps_times = false);
 
 // The file of a view that is being written.
 struct ViewFile {

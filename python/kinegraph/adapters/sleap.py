@@ -145,7 +145,7 @@ def read(path, options):
         arrays.append(array)
     views = [name for name, _ in files]
     yield header(views, skeleton, frames=max(map(len, arrays)))
-    yield from array_lines(views, arrays)
+    yield from array_lines(views, arrays, options.first_frame)
 
 
 def check_labels(path, found, expected):

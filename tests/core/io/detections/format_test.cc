@@ -150,6 +150,38 @@ TEST(DetectionExport, ReportsLostFields) {
   }
 }
 
+// kinegraph's format keeps times and the order of views.
+TEST(DetectionExport, OwnFormatReportsJointsAndIndices) {
+  DetectionSequence sequence = RandomSequence(Coco17());
+  sequence.header.frame_rate_hz = 25.0;
+  sequence.header.view_names = {"cam10", "cam2"};
+  sequence.frames[0].views[0].detections[0].joints[0] = {{1, 2}, 0.0, true};
+  sequence.frames[3].views[0].detections[0].index_in_file = 100;
+  const TemporaryFolder folder;
+  const LostFields lost_fields =
+      Write("kinegraph", folder.path() / "a.jsonl", sequence);
+  for (const char* said :
+       {"1 joints with confidence 0", "1 detections get another index"}) {
+    EXPECT_THAT(lost_fields, Contains(HasSubstr(said)));
+  }
+  EXPECT_EQ(lost_fields.size(), 2u);
+}
+
+TEST(DetectionExport, MediaPipeTablesQuoteNamesOfJoints) {
+  const TemporaryFolder folder;
+  DetectionSequence sequence = Timed(
+      RandomSequence(Skeleton("odd", {"paw, left", "=tail", "l_ear"}, {})));
+  const std::string path = folder.path() / "a";
+  Write("mediapipe", path, sequence);
+  const DetectionSequence read = ReadDetections(path);
+  EXPECT_EQ(read.header.skeleton.joints(), sequence.header.skeleton.joints());
+  EXPECT_EQ(read.frames.size(), sequence.frames.size());
+  sequence = RandomSequence(Skeleton("two", {"l_eye", "left_eye"}, {}));
+  ExpectInputError([&] { Write("mediapipe", folder.path() / "b", sequence); },
+                   "joint 'left_eye': two joints have the name 'left_eye'");
+  EXPECT_FALSE(fs::exists(folder.path() / "b"));
+}
+
 // A file in a format is recognised only by this format, and preserves all data
 // that the format can represent, for each layout that its files determine.
 TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
