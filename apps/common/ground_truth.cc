@@ -125,6 +125,9 @@ std::vector<std::string> CheckGroundTruth(
   if (const std::string text = check.Text(); !text.empty()) {
     notes.push_back(text);
   }
+  if (const std::string text = check.GateText(); !text.empty()) {
+    notes.push_back(text);
+  }
   return notes;
 }
 

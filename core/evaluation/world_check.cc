@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>
+
+#include "core/base/median.h"
 
 namespace kinegraph {
 namespace {
@@ -47,6 +50,21 @@ std::vector<Sample> Samples(const FramePairing& frames,
     }
   }
   return samples;
+}
+
+double ExtentOf(const std::vector<Sample>& samples) {
+  std::vector<double> extents_m;
+  for (const Sample& sample : samples) {
+    for (const Pose3d& pose : sample.truth) {
+      if (CountPresent(pose) < 2) continue;
+      Eigen::AlignedBox3d box;
+      for (const Joint3d& joint : pose) {
+        if (joint.present()) box.extend(joint.position_m);
+      }
+      extents_m.push_back(box.diagonal().norm());
+    }
+  }
+  return Median(std::move(extents_m));
 }
 
 JointPairs SameJoints(size_t count) {
@@ -148,12 +166,27 @@ std::string WorldCheck::Text() const {
   return "";
 }
 
+std::string WorldCheck::GateText() const {
+  constexpr double kMostGates = 10.0;  // people extend over three or four
+  const bool is_small = extent_m < kPersonGateM;
+  if (extent_m == 0.0 || (!is_small && extent_m <= kMostGates * kPersonGateM)) {
+    return "";
+  }
+  return fmt::format(
+      "the true subjects extend over {:.2g} m, and a track counts as theirs "
+      "within {} m: {}",
+      extent_m, kPersonGateM,
+      is_small ? "also one beside them"
+               : "one with small errors for their size may not");
+}
+
 WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {
   const std::vector<Sample> samples = Samples(frames, joints);
   const JointPairs same = SameJoints(joints.size());
   const Fit as_it_stands = FitOf(samples, same, Matrix3d::Identity(), 1.0);
   WorldCheck check;
   check.found = as_it_stands.found;
+  check.extent_m = ExtentOf(samples);
   if (2 * check.found.count > check.found.total) return check;
   Fit best = as_it_stands;
   OtherWorld other;

@@ -29,6 +29,8 @@ struct OtherWorld {
 
 struct WorldCheck {
   Share found;  // true people near a track with the files as they are
+  // Median extent of the true people's compared joints [m]; 0: unknown.
+  double extent_m = 0.0;
   // Set where few people are found with the files as they are, and most in
   // another world.
   std::optional<OtherWorld> other;
@@ -36,6 +38,9 @@ struct WorldCheck {
   // Reports that few people are found, with the remedy or possible causes;
   // empty if some are found and `other` is not set.
   std::string Text() const;
+  // Reports that kPersonGateM does not suit subjects of this extent; empty if
+  // it does.
+  std::string GateText() const;
 };
 
 // True people are found in the sense of EvaluateCoverage, in up to 200 of the

@@ -75,6 +75,24 @@ TEST(CheckWorldTest, FindsTheAxesAndUnitsThatMatchPeople) {
   }
 }
 
+TEST(CheckWorldTest, ReportsSubjectsThatTheGateDoesNotSuit) {
+  const auto text = [](double scale) {
+    const TrackSequence scaled =
+        Mapped(Walkers(), scale * Eigen::Matrix3d::Identity());
+    return Check(scaled, scaled).GateText();
+  };
+  EXPECT_EQ(text(1.0), "");
+  EXPECT_EQ(text(0.5), "");
+  // The box around a person is 1.75 m high and 0.5 m wide.
+  EXPECT_THAT(text(0.05), HasSubstr("extend over 0.091 m"));
+  EXPECT_THAT(text(0.05), HasSubstr("also one beside them"));
+  EXPECT_THAT(text(10.0), HasSubstr("may not"));
+  Pose3d point(14);
+  point[0] = Observed(1.0, 2.0, 0.0);
+  const TrackSequence points = Tracks({Frame(0, {Person(0, point)})});
+  EXPECT_EQ(Check(points, points).GateText(), "") << "unknown size";
+}
+
 TEST(CheckWorldTest, ReportsThatNoAxesOrUnitsMatch) {
   TrackSequence elsewhere = Walkers();
   for (TrackFrame& frame : elsewhere.frames) {
