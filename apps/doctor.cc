@@ -19,6 +19,7 @@
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "solvers/session/diagnose.h"
 #include "solvers/session/ready_recording.h"
@@ -84,6 +85,11 @@ DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   DetectionSequence recording =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
   if (recording.header.frame_rate_hz > 0.0) return recording;
+  if (IsPipe(FLAGS_detections)) {
+    throw OptionError("input.frame_rate",
+                      "not given, and the detections do not specify it [Hz]; "
+                      "a pipe cannot be read again with an assumed rate");
+  }
   options->input.frame_rate_hz = 25.0;
   *note =
       "no frame rate is given (input.frame_rate): 25 Hz is assumed, and clock "

@@ -185,9 +185,13 @@ struct Recording {
     if (ready.detections.has_value()) {
       return std::make_unique<MemorySource>(*ready.detections);
     }
+    return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections,
+                          ReadOptions());
+  }
+  DetectionReadOptions ReadOptions() const {
     DetectionReadOptions read = DetectionOptionsOf(options);
     read.any_clock = true;  // the session handles clocks that step back
-    return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections, read);
+    return read;
   }
 };
 
@@ -217,11 +221,22 @@ Recording ReadRecording() {
     request.corrections = ReadIdentityEdits(FLAGS_corrections);
   }
   request.cameras = ReadCameras(FLAGS_cameras, recording.options.cameras);
+  // A pipe can be read only once.
+  const bool is_pipe = !IsLive() && !CanBeReadAgain();
+  std::optional<DetectionSequence> piped;
   recording.ready = MakeRecordingReady(
-      recording.options, request, ReadRecord(recording.options), [&recording] {
-        return ReadDetections(FLAGS_detections,
-                              DetectionOptionsOf(recording.options));
+      recording.options, request, ReadRecord(recording.options), [&] {
+        DetectionSequence detections = ReadDetections(
+            FLAGS_detections, DetectionOptionsOf(recording.options));
+        if (is_pipe) piped = detections;
+        return detections;
       });
+  if (is_pipe && !piped.has_value() && PassCount(recording.options) > 1) {
+    piped = ReadDetections(FLAGS_detections, recording.ReadOptions());
+  }
+  if (!recording.ready.detections.has_value()) {
+    recording.ready.detections = std::move(piped);
+  }
   request.cameras = recording.ready.cameras;
   // The report needs the match of each detection; the uncertainty of the
   // cameras needs the weight of each joint.

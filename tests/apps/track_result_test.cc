@@ -1,11 +1,15 @@
 // The output of `track`: a result with all its side files, or nothing.
+#include <fcntl.h>  // open
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>  // mkfifo
+#include <unistd.h>    // close
 
 #include <filesystem>
 #include <fstream>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/io/calibration/calibration.h"
@@ -98,6 +102,50 @@ TEST_F(TrackResultTest, RemovesAndIgnoresFilesOfAnEarlierRun) {
           .errors,
       HasSubstr("belongs to other tracks"));
   EXPECT_EQ(ContentOf(Path("b.html")).find("Anna"), std::string::npos);
+}
+
+// Runs the command while its --detections, a pipe, is fed with the file.
+ProgramOutcome Piped(const std::string& command, const std::string& pipe,
+                     const std::string& file, const std::string& arguments) {
+  EXPECT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::thread writer(
+      [&] { std::ofstream(pipe, std::ios::binary) << ContentOf(file); });
+  ProgramOutcome outcome = RunProgram(command, arguments);
+  // A program that never opens the pipe leaves the writer blocked.
+  const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  writer.join();
+  close(reader);
+  fs::remove(pipe);
+  return outcome;
+}
+
+TEST_F(TrackResultTest, APipeIsReadOnce) {
+  const std::string first = Path("first.jsonl");
+  const std::string pipe = Path("pipe");
+  for (const std::string more :
+       {"--config=offline.toml", "--set=cameras.ground=feet"}) {
+    Done("track", Flags(first, "file.jsonl", more));
+    const ProgramOutcome outcome =
+        Piped("track", pipe, first, Flags(pipe, "piped.jsonl", more));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+    EXPECT_EQ(ContentOf(Path("piped.jsonl")), ContentOf(Path("file.jsonl")))
+        << more;
+  }
+}
+
+TEST_F(TrackResultTest, DoctorAsksForTheRateOfAPipe) {
+  std::string text = ContentOf(Path("first.jsonl"));
+  const std::string rate = "\"frame_rate\"";
+  ASSERT_NE(text.find(rate), std::string::npos);
+  const size_t at = text.find(rate);
+  text.erase(at, text.find_first_of(",}", at) + 1 - at);
+  const std::string pipe = Path("pipe");
+  const ProgramOutcome outcome =
+      Piped("doctor", pipe, folder_.Write("no_rate.jsonl", text),
+            "--cameras=" + Path("cameras.json") + " --detections=" + pipe +
+                " --out=" + Path("doctor"));
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.errors, HasSubstr("input.frame_rate"));
 }
 
 TEST_F(TrackResultTest, KeysIncludeSkeletonsOfTheConfiguration) {
