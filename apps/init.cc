@@ -251,12 +251,23 @@ std::string ConfigText(const RecordingSurvey& survey) {
   return text + WholeRecording(skeleton);
 }
 
+// The parts of a dotted key. The name of a view may contain dots.
+std::vector<std::string> PartsOf(const std::string& dotted) {
+  for (const std::string table : {"view_frame_rate", "view_frame_offset"}) {
+    const std::string prefix = "input." + table + ".";
+    if (dotted.rfind(prefix, 0) == 0) {
+      return {"input", table, dotted.substr(prefix.size())};
+    }
+  }
+  return Split(dotted, '.');
+}
+
 // The value of a key as read, in TOML: JSON's strings, numbers and lists are
 // valid TOML. Values of keys that are not in the effective options are strings.
 std::string TomlValue(const Json& effective, const std::string& dotted,
                       const std::string& given) {
   const Json* value = &effective;
-  for (const std::string& key : Split(dotted, '.')) {
+  for (const std::string& key : PartsOf(dotted)) {
     const auto inner = value->find(key);
     if (inner == value->end()) return JsonText(given);
     value = &*inner;
@@ -268,8 +279,10 @@ std::string TomlValue(const Json& effective, const std::string& dotted,
 void PutKey(const std::string& dotted, const std::string& value,
             std::string* text) {
   const size_t dot = dotted.find('.');
-  const std::string key =
-      dot == std::string::npos ? dotted : dotted.substr(dot + 1);
+  const std::vector<std::string> parts = PartsOf(dotted);
+  std::string key = parts.size() == 1 ? dotted : parts[1];
+  // The name of a view need not be a bare key.
+  for (size_t i = 2; i < parts.size(); ++i) key += "." + JsonText(parts[i]);
   const std::string line = key + " = " + value + "  # as given\n";
   size_t begin = 0;
   if (dot == std::string::npos) {

@@ -230,6 +230,22 @@ TEST_F(SmallRecording, InitKeepsGivenKeys) {
               HasSubstr("cameras.unit"));
 }
 
+TEST_F(SmallRecording, InitQuotesNamesOfViews) {
+  Make("coco", "coco17");
+  for (const std::string name : {"cam right", "cam.left"}) {
+    std::string text = ContentOf(in + "/detections.jsonl");
+    for (size_t at = 0; (at = text.find("\"cam1\"")) != std::string::npos;) {
+      text.replace(at, 6, "\"" + name + "\"");
+    }
+    folder.Write("renamed.jsonl", text);
+    Done("init", Flags("my.toml", "cameras.json", "renamed.jsonl") +
+                     "--set='cameras.map." + name +
+                     "=cam1;input.view_frame_rate." + name + "=25'");
+    const RunOptions options = ReadRunOptions(in + "/my.toml", "", "");
+    EXPECT_EQ(options.input.view_frame_rate.at(name), "25");
+  }
+}
+
 // The written configuration leaves out the view without a camera.
 TEST_F(SmallRecording, InitLeavesOutAViewWithoutACamera) {
   Make("coco", "coco17");
