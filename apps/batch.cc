@@ -101,7 +101,11 @@ Manifest GivenManifest() {
     return ReadManifest(KeptManifest());
   }
   RequireFlag("manifest", FLAGS_manifest);
-  return ReadManifest(FLAGS_manifest);
+  Manifest manifest = ReadManifest(FLAGS_manifest);
+  if (manifest.configurations.empty()) {
+    throw InputError(FLAGS_manifest, "", "has no [[configurations]]");
+  }
+  return manifest;
 }
 
 void RunBatch() {

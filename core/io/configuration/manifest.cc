@@ -136,9 +136,6 @@ Manifest ReadManifest(const std::string& path) {
   if (manifest.recordings.empty()) {
     throw InputError(path, "", "has no [[takes]]");
   }
-  if (manifest.configurations.empty()) {
-    throw InputError(path, "", "has no [[configurations]]");
-  }
   return manifest;
 }
 

@@ -52,7 +52,8 @@ struct Manifest {
 };
 
 // Throws InputError naming file and key for anything missing, unknown, of the
-// wrong type, or duplicate.
+// wrong type, or duplicate. There may be no configuration: `compare` can take
+// it from a flag.
 Manifest ReadManifest(const std::string& path);
 
 // Text of a manifest. It reads back as the same manifest from any folder, since

@@ -86,6 +86,7 @@ class StudyCommand : public testing::CommandTest {
               "/detections.jsonl\"\n";
       if (seed == "1") text += "set = \"cameras.unit=m\"\n";
     }
+    takes_ = folder_.Write("only_takes.toml", text);
     manifest_ = folder_.Write("takes.toml", text +
                                                 "[[configurations]]\nname = "
                                                 "\"paper\"\nconfig = \"" +
@@ -95,6 +96,7 @@ class StudyCommand : public testing::CommandTest {
   const std::string config_ =
       ProjectFile("configs/synthetic/track_paper.toml").string();
   std::string manifest_;
+  std::string takes_;  // the same without a configuration
 };
 
 TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
@@ -124,6 +126,18 @@ TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
             Mode::kGraph);
   // Without the keys that the manifest sets for the first recording alone.
   EXPECT_THAT(toml, Not(HasSubstr("unit")));
+}
+
+TEST_F(StudyCommand, TheConfigurationCanBeAFlag) {
+  const std::string strategies = " --strategies=raw_dlt,butterworth --out=";
+  EXPECT_THAT(
+      Refusal("compare", "--manifest=" + takes_ + strategies + Path("none")),
+      HasSubstr("found 0, expected one (or --config)"));
+  Done("compare", "--manifest=" + takes_ + " --config=" + config_ + strategies +
+                      Path("flag"));
+  Done("compare", "--manifest=" + manifest_ + strategies + Path("table"));
+  EXPECT_EQ(ContentOf(Path("flag/study.csv")),
+            ContentOf(Path("table/study.csv")));
 }
 
 // A recording by itself, with the values that the study chose for it, has the
