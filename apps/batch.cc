@@ -14,6 +14,7 @@
 #include "apps/batch/merge.h"
 #include "apps/batch/tasks.h"
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "core/base/error.h"
 #include "core/io/configuration/manifest.h"
 #include "core/io/files/atomic_file.h"
@@ -101,9 +102,14 @@ Manifest GivenManifest() {
     return ReadManifest(KeptManifest());
   }
   RequireFlag("manifest", FLAGS_manifest);
-  Manifest manifest = ReadManifest(FLAGS_manifest);
+  Manifest manifest = ReadManifest(FLAGS_manifest, ShippedConfig);
   if (manifest.configurations.empty()) {
     throw InputError(FLAGS_manifest, "", "has no [[configurations]]");
+  }
+  for (const ManifestConfiguration& one : manifest.configurations) {
+    if (IsFile(one.config)) continue;
+    throw InputError(FLAGS_manifest, "configuration '" + one.name + "'",
+                     "its config " + Printable(one.config) + " is not there");
   }
   return manifest;
 }

@@ -12,6 +12,7 @@
 
 #include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/ground_truth.h"
 #include "apps/common/plot.h"
 #include "apps/common/track_files.h"
@@ -358,8 +359,8 @@ void CompareManyRecordings(const std::vector<Strategy>& strategies,
                            AtomicFolder* folder) {
   StudyRequest request;
   request.recordings =
-      RecordingsOf(ReadManifest(FLAGS_manifest), FLAGS_manifest, FLAGS_config,
-                   FLAGS_mode, FLAGS_set);
+      RecordingsOf(ReadManifest(FLAGS_manifest, ShippedConfig), FLAGS_manifest,
+                   FLAGS_config, FLAGS_mode, FLAGS_set);
   request.strategies = strategies;
   request.baseline_idx = IndexOf(strategies, FLAGS_baseline);
   request.tune = FLAGS_tune;

@@ -107,13 +107,17 @@ std::string ProjectConfig(const std::string& name) {
                    "found neither beside the program nor in a folder above it");
 }
 
-std::string FindConfig(const std::string& path) {
+std::string ShippedConfig(const std::string& name) {
   const std::string folder = "configs/";
+  return FindProjectConfig(
+      name.rfind(folder, 0) == 0 ? name.substr(folder.size()) : name);
+}
+
+std::string FindConfig(const std::string& path) {
   // An invalid file name is reported by its reader.
   const bool absolute = path.empty() || path.front() == '/';
   if (absolute || IsFile(path) || IsFolder(path) || IsPipe(path)) return path;
-  const std::string found = FindProjectConfig(
-      path.rfind(folder, 0) == 0 ? path.substr(folder.size()) : path);
+  const std::string found = ShippedConfig(path);
   if (!found.empty()) return found;
   if (path == "configs/graph/offline.toml" || path == "graph/offline.toml") {
     throw InputError(path, "",

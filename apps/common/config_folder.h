@@ -18,6 +18,10 @@ struct RunOptions;
 // InputError if it is in neither place.
 std::string ProjectConfig(const std::string& name);
 
+// Path of the shipped configuration with that name, with or without "configs/";
+// empty if there is none.
+std::string ShippedConfig(const std::string& name);
+
 // Path of the configuration that a user names: an existing file, else one of
 // the project's configurations, with or without "configs/" in front
 // ("paper/shelf.toml"). Throws InputError that lists these if there is neither.

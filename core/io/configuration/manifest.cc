@@ -93,12 +93,17 @@ void ReadRecordings(const JsonField& tables, Manifest* manifest) {
   }
 }
 
-void ReadConfigurations(const JsonField& tables, Manifest* manifest) {
+void ReadConfigurations(const JsonField& tables, const FindShipped& shipped,
+                        Manifest* manifest) {
   std::set<std::string> names;
   for (const JsonField& table : tables.Elements("configuration")) {
     ManifestConfiguration& one = manifest->configurations.emplace_back();
     ReadTexts(table, TextsOf(&one), 2, &names);
+    const std::string named = one.config;
     Place(table.file(), {&one.config});
+    if (shipped == nullptr || IsFile(one.config)) continue;
+    const std::string found = shipped(named);
+    if (!found.empty()) one.config = found;
   }
 }
 
@@ -114,7 +119,7 @@ std::string TableText(const std::string& heading, Table table) {
 
 }  // namespace
 
-Manifest ReadManifest(const std::string& path) {
+Manifest ReadManifest(const std::string& path, const FindShipped& shipped) {
   const Json root =
       ToJson(ParseToml(ReadTextFile(path, kMaxSmallFileBytes), path));
   Manifest manifest;
@@ -128,7 +133,7 @@ Manifest ReadManifest(const std::string& path) {
     } else if (key == "takes") {
       ReadRecordings(field, &manifest);
     } else if (key == "configurations") {
-      ReadConfigurations(field, &manifest);
+      ReadConfigurations(field, shipped, &manifest);
     } else {
       FailKey(path, key, "held_out, compare, report, takes, configurations");
     }

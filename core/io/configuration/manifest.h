@@ -20,6 +20,7 @@
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_MANIFEST_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_MANIFEST_H_
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -51,10 +52,15 @@ struct Manifest {
   std::vector<ManifestConfiguration> configurations;
 };
 
+// Returns the path of a configuration of kinegraph ("configs/default.toml"),
+// which need not be beside the manifest; empty if there is none.
+using FindShipped = std::function<std::string(const std::string& name)>;
+
 // Throws InputError naming file and key for anything missing, unknown, of the
 // wrong type, or duplicate. There may be no configuration: `compare` can take
 // it from a flag.
-Manifest ReadManifest(const std::string& path);
+Manifest ReadManifest(const std::string& path,
+                      const FindShipped& shipped = nullptr);
 
 // Text of a manifest. It reads back as the same manifest from any folder, since
 // paths are absolute.

@@ -122,6 +122,23 @@ TEST(BatchTest, RefusesManifestsWithMistakes) {
   EXPECT_FALSE(fs::exists(folder.path() / "out"));
 }
 
+TEST(BatchTest, FindsShippedConfigurations) {
+  const BatchStudy study({""});
+  std::string text = ContentOf(study.manifest);
+  const std::string path =
+      ProjectFile("configs/synthetic/track_paper.toml").string();
+  text.replace(text.find(path), path.size(),
+               "configs/synthetic/track_paper.toml");
+  study.folder.Write("study.toml", text);
+  Done("batch", study.Flags("out"));
+  EXPECT_TRUE(fs::exists(study.Path("out/take1/c0/tracks.jsonl")));
+  text.replace(text.find("track_paper"), 11, "track_paepr");
+  study.folder.Write("study.toml", text);
+  EXPECT_THAT(Refusal("batch", study.Flags("other")),
+              HasSubstr("study.toml: configuration 'c0': its config "));
+  EXPECT_FALSE(fs::exists(study.Path("other")));
+}
+
 TEST(BatchSummaryTest, ResamplesRecordings) {
   // Two recordings without individual errors: the mean of two draws is 0, 1 or
   // 2 with probabilities 1/4, 1/2 and 1/4, so the 95 % interval is the whole
