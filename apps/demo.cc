@@ -201,7 +201,7 @@ void PrintNext(const RecordingFiles& recording,
 void RunDemo() {
   const std::string config = FLAGS_config.empty()
                                  ? ProjectConfig("synthetic/demo.toml")
-                                 : FLAGS_config;
+                                 : FindConfig(FLAGS_config);
   const SyntheticRecording recording = MakeRecording(config, FLAGS_set);
   const RecordingFiles files = WriteRecording(recording, FLAGS_out);
   std::printf("%zu people, %zu cameras, %zu frames at %g Hz, %lld detections\n",

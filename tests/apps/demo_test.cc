@@ -149,6 +149,12 @@ TEST_F(DemoTest, BadInputGivesOneLineAndExitCodeTwo) {
     Refusal("demo", flags + " --out='" + out_.string() + "'");
     EXPECT_FALSE(fs::exists(out_)) << flags;
   }
+  // Shipped configurations are found from any folder.
+  EXPECT_THAT(Refusal("demo",
+                      "--config=synthetic/hard.toml --set=scene.peeple=3 "
+                      "--out='" +
+                          out_.string() + "'"),
+              HasSubstr("scene.peeple"));
   // A file is not accepted as a folder.
   Refusal("demo",
           "--set=scene.duration=1 --out='" + folder_.Write("file", "") + "'");
