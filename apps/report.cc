@@ -213,8 +213,9 @@ void ReadViews(RunOptions options, PageInput* input) {
       options.cameras.use.push_back(camera.name());
     }
   }
-  input->detections =
-      ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
+  DetectionReadOptions read = DetectionOptionsOf(options);
+  read.any_clock = true;  // as in `track`
+  input->detections = ReadDetections(FLAGS_detections, read);
   UsedViews used =
       ChooseViews(input->detections->header.view_names, rig, options.cameras,
                   ParseList(FLAGS_without_cameras, "without_cameras"));

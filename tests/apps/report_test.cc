@@ -7,7 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/time.h"
 #include "core/io/calibration/calibration.h"
+#include "core/io/detections/source.h"
 #include "core/io/detections/writer.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/side_files.h"
@@ -136,6 +138,20 @@ TEST_F(ReportTest, ViewsOutsideARefinedRunAreLeftOut) {
   Run("--tracks=" + tracks_ + " --detections=" + detections_ +
       " --cameras=" + cameras_);
   EXPECT_THAT(ContentOf(out_), Not(HasSubstr("\"" + left_out + "\"")));
+}
+
+TEST_F(ReportTest, ClocksMayStepBack) {
+  DetectionSequence detections = ReadDetections(detections_);
+  for (size_t f = 10; f < detections.frames.size(); ++f) {
+    DetectionFrame& frame = detections.frames[f];
+    frame.time -= FromSeconds(0.3);
+    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+  }
+  WriteDetections(detections_, detections);
+  EXPECT_THAT(Run("--tracks=" + tracks_ + " --cameras=" + cameras_ +
+                  " --detections=" + detections_)
+                  .output,
+              HasSubstr("20 frames, 20 poses, "));
 }
 
 TEST_F(ReportTest, BadInputGivesOneLineAndExitCodeTwo) {
