@@ -351,6 +351,24 @@ std::string ReportPath(const std::string& out) {
   return WithoutExtension(out) + ".calibrate.json";
 }
 
+// Throws before minutes of work if the format cannot express the cameras.
+void CheckLenses(const CalibrationInput& input,
+                 const CalibrationFormat& format) {
+  if (format.name != "tum") return;
+  if (!input.lenses_known) {
+    throw InputError(
+        "--to=tum: its matrices cannot express the lenses that are estimated; "
+        "write cameras.json, then use `kinegraph convert --to=tum "
+        "--set=cameras.ignore_distortion=true`");
+  }
+  for (const Camera& camera : input.cameras) {
+    if (camera.lens() == nullptr) continue;
+    throw InputError(FLAGS_cameras, "camera '" + Printable(camera.name()) + "'",
+                     "has a lens, which --to=tum cannot express "
+                     "(--set=cameras.ignore_distortion=true omits it)");
+  }
+}
+
 // Throws for an unusable --out before minutes of work.
 void CheckOutput() {
   const std::string path = WithFolders(FLAGS_out);
@@ -435,6 +453,7 @@ void RunCalibrate() {
         "--frame_rate: not given, and the detections do not specify it [Hz]");
   }
   CalibrationInput input = InputOfFlags(options, detections);
+  CheckLenses(input, *format);
   CheckOutput();  // the output may replace the input
   std::unique_ptr<Progress> progress;
   std::string stage;
