@@ -148,6 +148,15 @@ TEST_F(TrackResultTest, DoctorAsksForTheRateOfAPipe) {
   EXPECT_THAT(outcome.errors, HasSubstr("input.frame_rate"));
 }
 
+// Of ".trc", which is a folder of files, no name would be left.
+TEST_F(TrackResultTest, AnExtensionIsNoName) {
+  for (const char* name : {".trc", ".jsonl"}) {
+    EXPECT_THAT(Refusal("track", Flags(Path("first.jsonl"), name)),
+                HasSubstr("after a name"));
+    EXPECT_FALSE(fs::exists(Path(name)));
+  }
+}
+
 TEST_F(TrackResultTest, KeysIncludeSkeletonsOfTheConfiguration) {
   const std::string config = folder_.Write(
       "my.toml",
