@@ -286,6 +286,14 @@ TEST_F(SmallRecording, InitLeavesOutAViewWithoutACamera) {
        Flags("take.jsonl", "three.json") + "--config='" + in + "/my.toml'");
 }
 
+TEST_F(SmallRecording, InitMapsOnlyUsedCameras) {
+  Make("coco", "coco17");
+  Done("init",
+       Flags("my.toml") + "--set=cameras.map.cam3=cam3 --without_cameras=cam3");
+  EXPECT_TRUE(ReadRunOptions(in + "/my.toml", "", "").cameras.map.empty());
+  Done("track", Flags("take.jsonl") + "--config='" + in + "/my.toml'");
+}
+
 // `detections` with the images of view "cam1" `frames_late` frames late.
 std::string WithLateView(const std::string& detections, size_t frames_late) {
   std::istringstream lines(detections);
