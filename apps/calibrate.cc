@@ -357,6 +357,24 @@ std::string ReportPath(const std::string& out) {
   return WithoutExtension(out) + ".calibrate.json";
 }
 
+// Throws before minutes of work if the format cannot express the cameras.
+void CheckLenses(const CalibrationInput& input,
+                 const CalibrationFormat& format) {
+  if (format.name != "tum") return;
+  if (!input.lenses_known) {
+    throw InputError(
+        "--to=tum: its matrices cannot express the lenses that are estimated; "
+        "write cameras.json, then use `kinegraph convert --to=tum "
+        "--set=cameras.ignore_distortion=true`");
+  }
+  for (const Camera& camera : input.cameras) {
+    if (camera.lens() == nullptr) continue;
+    throw InputError(FLAGS_cameras, "camera '" + Printable(camera.name()) + "'",
+                     "has a lens, which --to=tum cannot express "
+                     "(--set=cameras.ignore_distortion=true omits it)");
+  }
+}
+
 // Throws for an unusable --out before minutes of work. To be called after
 // reading: the output may replace the input, and no folder is made for input
 // that cannot be read.
@@ -442,6 +460,7 @@ void RunCalibrate() {
         "--frame_rate: not given, and the detections do not specify it [Hz]");
   }
   CalibrationInput input = InputOfFlags(options, detections);
+  CheckLenses(input, *format);
   CheckOutput();
   std::unique_ptr<Progress> progress;
   std::string stage;

@@ -198,7 +198,20 @@ std::string WholeRecording(const Skeleton& skeleton) {
   return text;
 }
 
+// Throws if a configuration, which is UTF-8, cannot contain the name.
+void RequireUtf8(const std::string& name) {
+  if (Json::parse(JsonText(name)) == name) return;
+  throw InputError("the name '" + Printable(name) +
+                   "' of a view or camera is not UTF-8, which a configuration "
+                   "requires; rename its files");
+}
+
 std::string ConfigText(const RecordingSurvey& survey) {
+  for (const auto& [view, camera] : survey.map) {
+    RequireUtf8(view);
+    RequireUtf8(camera);
+  }
+  for (const std::string& camera : survey.use) RequireUtf8(camera);
   std::string text =
       "# Made by `kinegraph init` for one recording. Estimates the whole "
       "recording at\n"
@@ -382,14 +395,15 @@ void RunInit() {
   RequireFlag("detections", FLAGS_detections);
   if (FLAGS_cameras.empty()) OfferCalibrate();
   RequireFlag("out", FLAGS_out);
+  if (FLAGS_out == "-") FailFlag("out", FLAGS_out, "the name of a file");
   const SurveyRequest request = RequestOfFlags();
   RecordingSurvey survey = SurveyRecording(request);
   NameInputs(
       Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
       Flag("config", FLAGS_out), "", &survey.report.warnings);
+  const std::string text = WithGivenKeys(request.options, ConfigText(survey));
   std::fputs(FindingsText(survey, request.options).c_str(), stdout);
-  WriteTextFile(WithFolders(FLAGS_out),
-                WithGivenKeys(request.options, ConfigText(survey)));
+  WriteTextFile(WithFolders(FLAGS_out), text);
   std::printf("configuration -> %s\n", FLAGS_out.c_str());
 }
 

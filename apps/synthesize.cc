@@ -14,6 +14,8 @@
 #include "core/base/error.h"
 #include "core/io/configuration/config.h"
 #include "core/io/detections/format.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/text_file.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(config, "", "scene and noise (TOML, see configs/synthetic)");
@@ -46,11 +48,30 @@ const DetectionFormat* WantedFormat() {
       names);
 }
 
+bool IsOneFile(const DetectionFormat& format) {
+  return format.files == DetectionFormat::Files::kOne;
+}
+
+std::string PathOf(const DetectionFormat& format) {
+  return FLAGS_out + "/detections_" + format.name +
+         (IsOneFile(format) ? format.extension : std::string());
+}
+
+// Throws if the detections cannot be written, before files of another scene are
+// replaced.
+void CheckDetectionsPath(const DetectionFormat& format) {
+  if (!IsFolder(FLAGS_out)) return;
+  AtomicFiles files;
+  if (IsOneFile(format)) {
+    files.Aside(PathOf(format));
+  } else if (IsFolder(PathOf(format))) {
+    files.FolderAside(PathOf(format));
+  }
+}
+
 void WriteDetectionsAs(const DetectionFormat& format,
                        const SyntheticRecording& recording) {
-  const bool one_file = format.files == DetectionFormat::Files::kOne;
-  const std::string path = FLAGS_out + "/detections_" + format.name +
-                           (one_file ? format.extension : std::string());
+  const std::string path = PathOf(format);
   DetectionWriteOptions options;
   const Camera& camera = recording.scene.cameras.front();
   options.image_size = {camera.width_px(), camera.height_px()};
@@ -71,6 +92,7 @@ void RunSynthesize() {
   if (motion.empty()) RequireFlag("config", FLAGS_config);
   RequireFlag("out", FLAGS_out);
   const DetectionFormat* format = WantedFormat();
+  if (format != nullptr) CheckDetectionsPath(*format);
   const SyntheticRecording recording =
       MakeRecording(FindConfig(FLAGS_config), FLAGS_set, motion);
   WriteRecording(recording, FLAGS_out);

@@ -8,13 +8,12 @@
 namespace kinegraph {
 namespace {
 
-// The extension of the file's name, with the dot; empty if there is none.
+// The extension of the file's name, with the dot; empty if there is none, or
+// nothing before it.
 std::string ExtensionOf(const std::string& path) {
-  const size_t slash = path.find_last_of('/');
+  const size_t name = path.find_last_of('/') + 1;  // npos + 1 is 0
   const size_t dot = path.find_last_of('.');
-  const bool has_dot =
-      dot != std::string::npos && (slash == std::string::npos || dot > slash);
-  return has_dot ? path.substr(dot) : "";
+  return dot != std::string::npos && dot > name ? path.substr(dot) : "";
 }
 
 // Whether the extension selects kinegraph's own format.
@@ -31,11 +30,12 @@ std::string WithoutExtension(const std::string& path) {
 
 void CheckTrackOutput(const std::string& path, MarkerNames markers,
                       const std::optional<AxisMap>& axes) {
+  const bool may_be_other = !IsOurs(path) && !ExtensionOf(path).empty();
   const TrackFormat* format =
-      IsOurs(path) ? nullptr : TrackFormatOfExtension(path);
+      may_be_other ? TrackFormatOfExtension(path) : nullptr;
   if (format == nullptr && !IsOurs(path)) {
     throw InputError("--out: '" + Printable(path) + "' must end in " +
-                     TrackExtensions() +
+                     TrackExtensions() + ", after a name" +
                      "; `kinegraph convert` writes other formats");
   }
   if (axes && (format == nullptr || !format->axes)) {

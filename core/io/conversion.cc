@@ -170,6 +170,27 @@ struct ConvertOptions {
   }
 };
 
+// Whether the result can store an image size that the input does not specify.
+bool TakesImageSize(const ConversionOptions& flags, FileKind kind) {
+  return kind == kCalibration ||
+         (kind == kDetections &&
+          FindDetectionFormat(flags.to)->names_image_size);
+}
+
+// Throws InputError for keys of --set that do not apply to this kind of files.
+void CheckKeys(const ConversionOptions& flags, FileKind kind) {
+  const std::string table = kind == kCalibration  ? "cameras."
+                            : kind == kDetections ? "detections."
+                                                  : "tracks.";
+  for (const std::string& part : Split(flags.set, ';')) {
+    const std::string key = Trimmed(part.substr(0, part.find('=')));
+    if (key.empty() || key.rfind(table, 0) == 0) continue;
+    if (key == "cameras.image_size" && TakesImageSize(flags, kind)) continue;
+    throw InputError("--set: key '" + Printable(key) +
+                     "' does not apply: the input contains " + ToString(kind));
+  }
+}
+
 // Throws InputError for flags that do not apply to this kind of files.
 void CheckFlags(const ConversionOptions& flags, FileKind kind) {
   const auto refuse = [kind](const char* name, bool given,
@@ -181,10 +202,7 @@ void CheckFlags(const ConversionOptions& flags, FileKind kind) {
   if (kind == kDetections) {
     refuse("unit", !flags.unit.empty(), "calibrations and tracks");
   }
-  const bool takes_image_size =
-      kind == kCalibration ||
-      (kind == kDetections && FindDetectionFormat(flags.to)->names_image_size);
-  if (!takes_image_size) {
+  if (!TakesImageSize(flags, kind)) {
     refuse("image_size", !flags.image_size.empty(), "calibrations");
   }
   if (kind == kCalibration) {
@@ -212,6 +230,7 @@ ConvertOptions ReadOptions(const ConversionOptions& flags, FileKind kind) {
   ConvertOptions options;
   config.Apply(&options);
   config.RejectUnknown();
+  CheckKeys(flags, kind);
   if (!flags.image_size.empty()) {
     for (const std::string& side : Split(flags.image_size, ',')) {
       char* end = nullptr;
@@ -480,6 +499,13 @@ std::string ConvertTracks(const ConversionOptions& flags,
     const TrackFrame& first = tracks.frames.front();
     const TrackFrame& last = tracks.frames.back();
     CheckFrameRate(flags, {first.frame, first.time}, {last.frame, last.time});
+  }
+  if (read.skeleton &&
+      tracks.header.skeleton.joints() != read.skeleton->joints()) {
+    Refuse(
+        "--skeleton={} is for input that does not specify its skeleton, but "
+        "the tracks have '{}'",
+        flags.skeleton, Printable(tracks.header.skeleton.name()));
   }
   const TrackFormat& to = *FindTrackFormat(flags.to);
   KeepPerson(flags, to, &tracks);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <deque>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -335,6 +336,12 @@ RecordingSurvey SurveyRecording(const SurveyRequest& request) {
   if (!request.without_cameras.empty()) {
     for (const CameraReport& camera : survey.report.cameras) {
       survey.use.push_back(camera.camera);
+    }
+    // `track` refuses a map to cameras that are not used.
+    for (auto at = survey.map.begin(); at != survey.map.end();) {
+      const bool is_used =
+          std::count(survey.use.begin(), survey.use.end(), at->second) > 0;
+      at = is_used ? std::next(at) : survey.map.erase(at);
     }
   }
   return survey;

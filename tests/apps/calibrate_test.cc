@@ -89,6 +89,16 @@ TEST_F(CalibrateTest, UnreadableInputLeavesNoFolders) {
   EXPECT_FALSE(fs::exists(Path("new")));
 }
 
+// Otherwise only the writer fails, after all the work.
+TEST_F(CalibrateTest, RefusesAFormatWithoutLensesAtOnce) {
+  EXPECT_THAT(
+      Refusal("calibrate",
+              "--detections=" + Seconds(0.5) +
+                  " --image_size=1920,1080 --to=tum --out=" + Path("tum")),
+      HasSubstr("--to=tum: its matrices cannot express the lenses"));
+  EXPECT_FALSE(fs::exists(Path("tum")));
+}
+
 // Lengths in millimetres instead of metres, and overflows.
 TEST_F(CalibrateTest, RefusesLengthsOutOfRange) {
   const std::string detections = Seconds(0.5);

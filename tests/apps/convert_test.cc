@@ -208,6 +208,13 @@ TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
             "but the times in the input imply 25 Hz"},
            {"--to=csv --frame_rate=100", c3d, to_out,
             "but the input specifies 25 Hz"},
+           {"--to=csv --skeleton=body25b", tracks, to_out,
+            "--skeleton=body25b is for input that does not specify its "
+            "skeleton"},
+           {"--to=csv --set=cameras.unit=mm", tracks, to_out,
+            "key 'cameras.unit' does not apply: the input contains tracks"},
+           {"--to=coco --set=tracks.first_frame=2", detections, to_out,
+            "'tracks.first_frame' does not apply"},
            {"--to=trc --axes=x,z,y", tracks, to_out, "mirroring"},
            {"--to=csv --skeleton=octopus", tracks, to_out, "--skeleton"},
            {"--to=krt --set=cameras.unitt=cm", cameras, to_out, "cameras.unit"},

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -255,6 +257,28 @@ TEST_F(SmallRecording, InitQuotesNamesOfViews) {
   }
 }
 
+TEST_F(SmallRecording, InitRefusesWhatTrackCouldNotRead) {
+  Make("openpose", "body25");
+  const std::string views = in + "/detections_openpose";
+  const std::string flags =
+      "--frame_rate=25 " + Flags("my.toml", "cameras.json", "latin_1");
+  std::set<std::filesystem::path> old;
+  for (const auto& view : std::filesystem::directory_iterator(views)) {
+    old.insert(view.path());
+  }
+  ASSERT_EQ(old.size(), 4u);
+  std::filesystem::create_directory(in + "/latin_1");
+  std::string name = "a\xe9";  // paired by order
+  for (const auto& view : old) {
+    std::filesystem::rename(view, in + "/latin_1/" + name);
+    ++name[0];
+  }
+  EXPECT_THAT(Refusal("init", flags), HasSubstr("is not UTF-8"));
+  EXPECT_FALSE(std::filesystem::exists(in + "/my.toml"));
+  EXPECT_THAT(Refusal("init", "--cameras=a --detections=b --out=-"),
+              HasSubstr("--out: found '-'"));
+}
+
 // The written configuration leaves out the view without a camera.
 TEST_F(SmallRecording, InitLeavesOutAViewWithoutACamera) {
   Make("coco", "coco17");
@@ -269,6 +293,14 @@ TEST_F(SmallRecording, InitLeavesOutAViewWithoutACamera) {
               ::testing::ElementsAre("cam0", "cam1", "cam2"));
   Done("track",
        Flags("take.jsonl", "three.json") + "--config='" + in + "/my.toml'");
+}
+
+TEST_F(SmallRecording, InitMapsOnlyUsedCameras) {
+  Make("coco", "coco17");
+  Done("init",
+       Flags("my.toml") + "--set=cameras.map.cam3=cam3 --without_cameras=cam3");
+  EXPECT_TRUE(ReadRunOptions(in + "/my.toml", "", "").cameras.map.empty());
+  Done("track", Flags("take.jsonl") + "--config='" + in + "/my.toml'");
 }
 
 // `detections` with the images of view "cam1" `frames_late` frames late.

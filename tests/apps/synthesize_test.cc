@@ -131,6 +131,18 @@ TEST_F(SynthesizeTest, BadInputGivesOneLineAndExitCodeTwo) {
   Refusal("synthesize", Flags(good, "good.toml"));  // a file is not a folder
 }
 
+// A folder of detections is never replaced, so neither are the other files.
+TEST_F(SynthesizeTest, ARefusedFormatLeavesTheEarlierScene) {
+  const std::string config =
+      folder_.Write("one.toml", "[scene]\nduration = 0.4\npeople = 1\n");
+  const std::string as = Flag("format", "openpose");
+  Done("synthesize", Flags(config, "out") + as);
+  Run(config, "before");
+  EXPECT_THAT(Refusal("synthesize", Flags(config, "out", "scene.seed=77") + as),
+              HasSubstr("detections_openpose: exists already"));
+  ExpectSameFiles("before", "out");
+}
+
 TEST_F(SynthesizeTest, TakesRateAndLengthFromTheClip) {
   const std::string clip = MakeClip();
   Run("", "out", "", clip);

@@ -123,7 +123,7 @@ TEST_F(TrackResultTest, APipeIsReadOnce) {
   const std::string first = Path("first.jsonl");
   const std::string pipe = Path("pipe");
   for (const std::string more :
-       {"--set=tracking.second_pass=true", "--set=cameras.ground=feet"}) {
+       {"--config=offline.toml", "--set=cameras.ground=feet"}) {
     Done("track", Flags(first, "file.jsonl", more));
     const ProgramOutcome outcome =
         Piped("track", pipe, first, Flags(pipe, "piped.jsonl", more));
@@ -146,6 +146,15 @@ TEST_F(TrackResultTest, DoctorAsksForTheRateOfAPipe) {
                 " --out=" + Path("doctor"));
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.errors, HasSubstr("input.frame_rate"));
+}
+
+// Of ".trc", which is a folder of files, no name would be left.
+TEST_F(TrackResultTest, AnExtensionIsNoName) {
+  for (const char* name : {".trc", ".jsonl"}) {
+    EXPECT_THAT(Refusal("track", Flags(Path("first.jsonl"), name)),
+                HasSubstr("after a name"));
+    EXPECT_FALSE(fs::exists(Path(name)));
+  }
 }
 
 TEST_F(TrackResultTest, KeysIncludeSkeletonsOfTheConfiguration) {

@@ -139,6 +139,29 @@ TEST(BatchTest, FindsShippedConfigurations) {
   EXPECT_FALSE(fs::exists(study.Path("other")));
 }
 
+TEST(BatchTest, TablesHaveTheScoresOfPanoptic) {
+  const BatchStudy study({""});
+  std::string text = ContentOf(study.manifest);
+  for (size_t at = 0; (at = text.find("\"mpjpe\"")) != std::string::npos;) {
+    text.replace(at, 7, "\"panoptic\"");
+  }
+  study.folder.Write("study.toml", text);
+  Done("batch", study.Flags("out"));
+  const Json result = Json::parse(
+      ContentOf(study.Path("out/take1/c0/evaluation.json")))["result"];
+  const std::string csv = ContentOf(study.Path("out/batch.csv"));
+  const auto expect_row = [&csv](const std::string& measure, double value) {
+    const std::string row = "take1,c0," + measure + ",";
+    const size_t at = csv.find(row);
+    ASSERT_NE(at, std::string::npos) << measure;
+    EXPECT_NEAR(std::stod(csv.substr(at + row.size())), value, 1e-9 * value);
+  };
+  expect_row("panoptic_mpjpe_mm", 1e3 * result["mpjpe_m"].get<double>());
+  const Json& last = result["thresholds"].back();
+  EXPECT_EQ(last["threshold_m"], 0.15);
+  expect_row("ap150_percent", 100.0 * last["average_precision"].get<double>());
+}
+
 TEST(BatchSummaryTest, ResamplesRecordings) {
   // Two recordings without individual errors: the mean of two draws is 0, 1 or
   // 2 with probabilities 1/4, 1/2 and 1/4, so the 95 % interval is the whole
