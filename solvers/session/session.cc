@@ -191,11 +191,12 @@ struct Session::Impl {
     const bool anew = clock_.Enter(&used_);
     unusable_ = "was stopped in the middle of a frame";  // in case it throws
     if (!settled_) gauge_.See(used_);
+    if (!settled_ && gauge_.is_settled()) SettleScale();
     if (settled_ || !gauge_.has_begun()) {
+      ProcessWaiting();
       ProcessUsed(used_, anew);
     } else {
       waiting_.push_back({used_, anew});
-      if (gauge_.is_settled()) ProcessWaiting();
     }
     unusable_ = nullptr;
     return Written();
@@ -205,6 +206,7 @@ struct Session::Impl {
     const Turn turn(&taken_);
     RequireUsable();
     unusable_ = "is finished";
+    if (!settled_) SettleScale();
     ProcessWaiting();
     tracker_->Finish(&finished_);
     if (!NeedsWholeRecording()) return Written();
@@ -243,7 +245,7 @@ struct Session::Impl {
   }
 
   // Called before the first track can begin: no frame processed so far has
-  // people in two views.
+  // subjects in two views that could be measured.
   void SettleScale() {
     settled_ = true;
     scale_ = gauge_.Scale();
@@ -256,7 +258,6 @@ struct Session::Impl {
   }
 
   void ProcessWaiting() {
-    if (!settled_) SettleScale();
     for (const Waiting& one : waiting_) ProcessUsed(one.frame, one.anew);
     waiting_.clear();
   }

@@ -162,6 +162,14 @@ SubjectGauge::SubjectGauge(CameraRig cameras, const Skeleton& detections,
 
 void SubjectGauge::See(const DetectionFrame& frame) {
   if (settled_) return;
+  constexpr int kEnough = 10;
+  constexpr double kLongestWait_s = 10.0;
+  if (has_begun() && ++waited_ >= 3 * kEnough &&
+      ToSeconds(frame.time - begun_) > kLongestWait_s) {
+    settled_ = is_human_ || measured_ > 0;
+    looks_ = waited_ = 0;
+    return;
+  }
   DetectionSequence seen = {header_, {frame}};
   int seeing = 0;
   for (ViewDetections& view : seen.frames[0].views) {
@@ -187,8 +195,7 @@ void SubjectGauge::See(const DetectionFrame& frame) {
     const double size_m = cameras_m_ * size.value_or(0.0);
     if (size_m > 0.0 && std::isfinite(size_m)) now_m.push_back(size_m);
   }
-  constexpr int kEnough = 10;
-  ++looks_;
+  if (looks_++ == 0) begun_ = frame.time;
   measured_ += now_m.empty() ? 0 : 1;
   settled_ = measured_ >= kEnough || looks_ >= 3 * kEnough;
   if (is_human_ && !now_m.empty() && IsStature(Median(now_m))) {

@@ -59,7 +59,10 @@ class Limbs {
 // subjects (of at most 30 in which two views show any): the median stature of
 // people, estimated from their limbs, or the median size of other subjects,
 // estimated from the distances between their joints. The scale is 1 for people
-// between 0.5 and 2.3 m and for subjects that cannot be measured.
+// between 0.5 and 2.3 m and for subjects that cannot be measured. It is final
+// 10 s (but at least 30 frames) after the first such frame; a non-human subject
+// that could not be measured by then is forgotten, because it may have been a
+// wrong detection, and the next one is awaited.
 class SubjectGauge {
  public:
   // `cameras`: one per view of the frames. `stated_m`: the known size, or 0 if
@@ -67,7 +70,7 @@ class SubjectGauge {
   SubjectGauge(CameraRig cameras, const Skeleton& detections, double stated_m);
 
   void See(const DetectionFrame& frame);
-  // Whether two views have shown a subject.
+  // Whether two views have shown a subject that is not forgotten.
   bool has_begun() const { return looks_ > 0; }
   // Whether more frames have no effect. A single frame with people of plausible
   // size suffices.
@@ -85,6 +88,8 @@ class SubjectGauge {
   bool settled_ = false;
   int looks_ = 0;     // frames in which two views show a subject
   int measured_ = 0;  // of these, frames with a measured size
+  int waited_ = 0;    // frames since the first of these
+  TimeNs begun_ = 0;  // its time
   std::vector<double> sizes_m_;
 };
 

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -319,6 +320,54 @@ TEST(SubjectScale, StreamsOfNonHumansWaitForTheSize) {
     EXPECT_LT(waited, 12U);
     written += session.Finish().size();
     EXPECT_EQ(written, recording.detections.frames.size());
+  }
+}
+
+// An unmeasurable detection in two views, then 16 s without any: frames do not
+// wait for the end of the stream, and a subject that comes later is measured
+// unless it is a person.
+TEST(SubjectScale, StreamsWaitTenSecondsForTheSize) {
+  const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
+  constexpr int64_t kEmpty = 400;
+  for (const bool is_human : {true, false}) {
+    const Recording recording =
+        is_human ? HumanRecording() : Larger(AnimalRecording(), 0.01);
+    const DetectionFrame& first = recording.detections.frames.front();
+    Session session(options, recording.request, recording.detections.header);
+    size_t written = 0;
+    for (int64_t k = 0; k < kEmpty; ++k) {
+      DetectionFrame frame = first;
+      frame.frame = k;
+      frame.time = FromSeconds(0.04 * static_cast<double>(k));
+      for (ViewDetections& view : frame.views) {
+        view.detections.clear();
+        view.capture_time = frame.time;
+      }
+      for (size_t v = 0; k == 0 && v < 2; ++v) {
+        // The views show no joint in common.
+        Detection& one = frame.views[v].detections.emplace_back();
+        one.joints.resize(17);
+        for (const size_t j : {5 + v, 11 + v}) {
+          const auto px = static_cast<double>(100 * j);
+          one.joints[j] = {Eigen::Vector2d(px, 0.5 * px), 0.9, true};
+        }
+      }
+      written += session.Process(std::move(frame)).size();
+    }
+    EXPECT_EQ(written, static_cast<size_t>(kEmpty)) << is_human;
+    for (DetectionFrame frame : recording.detections.frames) {
+      frame.frame += kEmpty;
+      frame.time += FromSeconds(20.0);
+      for (ViewDetections& view : frame.views) {
+        view.capture_time += FromSeconds(20.0);
+      }
+      session.Process(std::move(frame));
+    }
+    session.Finish();
+    const SubjectScale measured =
+        ScaleOf(options, recording.request.cameras, recording.detections);
+    EXPECT_NEAR(session.scale().metres() / measured.metres(), 1.0, 0.05);
+    EXPECT_EQ(session.scale().is_one(), is_human);
   }
 }
 
