@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "core/base/constants.h"
+#include "core/base/median.h"
 #include "core/data/stance.h"
 #include "core/evaluation/statistics.h"
 #include "solvers/cameras/camera_change.h"
@@ -22,7 +24,7 @@ namespace {
 
 // Feet slower than this are standing; a swinging foot reaches 3 m/s.
 constexpr double kStandingMps = 0.4;
-constexpr double kRestS = 0.1;  // interval over which speed is measured
+constexpr double kRestS = 0.1;  // shortest interval of a measured speed
 // Ankles are 0.039 of the stature (here 1.72 m) above the floor (Drillis and
 // Contini, 1966); toes and heels are above it by the thickness of the shoe.
 constexpr double kAnkleHeightM = 0.067;
@@ -95,14 +97,31 @@ struct Past {
   const Pose3d* joints = nullptr;
 };
 
-// The newest entry that is at least kRestS old, and not much older. Over
+// The longest interval over which speed is measured: at low frame rates more
+// than that between two frames with people, but not so long that a foot may
+// have made a step.
+TimeNs LongestRest(const std::vector<TrackFrame>& frames) {
+  constexpr double kLongestS = 0.6;
+  std::vector<double> steps_s;
+  const TrackFrame* last = nullptr;
+  for (const TrackFrame& frame : frames) {
+    if (frame.people.empty()) continue;
+    if (last != nullptr) steps_s.push_back(ToSeconds(frame.time - last->time));
+    last = &frame;
+  }
+  const double usual_s = Median(std::move(steps_s));
+  return FromSeconds(
+      std::max(3.0 * kRestS, std::min(1.5 * usual_s, kLongestS)));
+}
+
+// The newest entry that is at least kRestS old, and less than `longest`. Over
 // shorter intervals, which high frame rates would give, noise would appear as
 // speed.
-const Past* LongEnoughAgo(const std::deque<Past>& past, TimeNs now) {
-  const TimeNs least = FromSeconds(kRestS);
+const Past* LongEnoughAgo(const std::deque<Past>& past, TimeNs now,
+                          TimeNs longest) {
   for (auto at = past.rbegin(); at != past.rend(); ++at) {
-    if (now - at->time < least) continue;
-    return now - at->time < 3 * least ? &*at : nullptr;
+    if (now - at->time < FromSeconds(kRestS)) continue;
+    return now - at->time < longest ? &*at : nullptr;
   }
   return nullptr;
 }
@@ -122,13 +141,14 @@ std::vector<Stand> StandsIn(const Skeleton& skeleton,
                             const std::vector<TrackFrame>& frames) {
   constexpr double kFarM = 0.3;  // a shuffling foot begins a new stand
   const std::vector<FootJoint> feet = FeetOf(skeleton);
+  const TimeNs longest = LongestRest(frames);
   std::vector<Stand> stands;
   std::map<TrackId, std::deque<Past>> pasts;
   std::map<std::pair<TrackId, int>, size_t> open;  // current stands
   for (const TrackFrame& frame : frames) {
     for (const PersonPose& person : frame.people) {
       std::deque<Past>& past = pasts[person.id];
-      const Past* const before = LongEnoughAgo(past, frame.time);
+      const Past* const before = LongEnoughAgo(past, frame.time, longest);
       for (const FootJoint& foot : feet) {
         const auto j = static_cast<size_t>(foot.joint);
         if (before == nullptr || !Rests(j, *before, frame.time, person)) {
@@ -149,7 +169,7 @@ std::vector<Stand> StandsIn(const Skeleton& skeleton,
         stand.point += (point - stand.point) / stand.samples;
       }
       past.push_back({frame.time, &person.joints});
-      while (past.front().time < frame.time - FromSeconds(4.0 * kRestS)) {
+      while (past.front().time < frame.time - longest - FromSeconds(kRestS)) {
         past.pop_front();
       }
     }

@@ -59,6 +59,22 @@ TEST(Ground, TiltedWorldIsLevelled) {
   }
 }
 
+// At 2.5 Hz consecutive frames are longer apart than the usual interval over
+// which the speed of a foot is measured.
+TEST(Ground, LowFrameRatesSuffice) {
+  SceneOptions options;
+  options.seed = 31;
+  options.people = 4;
+  options.duration_s = 60.0;
+  options.frame_rate_hz = 2.5;
+  options.motion.visitors = 0.0;
+  const TrackSequence tracks = TruthOf(MakeScene(options));
+  const auto ground = GroundOf(tracks.header, tracks.frames);
+  ASSERT_TRUE(ground.has_value());
+  EXPECT_GT(ground->R(2, 2), std::cos(0.02));
+  EXPECT_NEAR(ground->t.z(), 0.0, 0.06);
+}
+
 TEST(Ground, NoGroundWithoutPeople) {
   EXPECT_FALSE(GroundOf(TrackHeader(), {}).has_value());
 }
