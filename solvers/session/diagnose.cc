@@ -1,5 +1,6 @@
 #include "solvers/session/diagnose.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -135,9 +136,17 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
       finding.fix = kCalibrateAnew;
     }
   }
-  if (fit.Best() != 0) {
-    diagnosis.findings.insert(diagnosis.findings.begin(),
-                              *FindingOfSkeleton(fit, skeletons));
+  if (auto skeleton = FindingOfSkeleton(fit, skeletons)) {
+    auto& all = diagnosis.findings;
+    // Statures that no unit explains follow from wrong joints.
+    all.erase(std::remove_if(all.begin(), all.end(),
+                             [](const Finding& one) {
+                               return one.kind == "unit" &&
+                                      one.confidence <= 0.5;
+                             }),
+              all.end());
+    skeleton->confidence = std::max(skeleton->confidence, 0.5);
+    all.insert(all.begin(), *std::move(skeleton));
     diagnosis.verdict = DoctorVerdict::kSuspect;
   }
   return diagnosis;

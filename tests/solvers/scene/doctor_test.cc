@@ -380,6 +380,36 @@ TEST(Doctor, CameraMovedBeforeCalibrationIsReported) {
   EXPECT_NE(turned.fix.find("--frames=0:1"), std::string::npos) << turned.fix;
 }
 
+// No other built-in skeleton has as many joints. The stature follows from wrong
+// joints, so it is no reason to doubt the calibration.
+TEST(Doctor, ImplausibleSkeletonIsReportedFirst) {
+  FaultySceneOptions options = {11};
+  options.skeleton = "mediapipe33";
+  FaultyScene scene = MakeFaultyScene(options);
+  const Skeleton& skeleton = scene.detections.header.skeleton;
+  for (DetectionFrame& frame : scene.detections.frames) {
+    for (ViewDetections& view : frame.views) {
+      for (Detection& one : view.detections) {
+        for (const std::string side : {"l_", "r_"}) {
+          for (const auto& [a, b] :
+               {std::pair{"elbow", "ankle"}, {"wrist", "eye"}}) {
+            std::swap(one.joints.at(skeleton.IndexOf(side + a)),
+                      one.joints.at(skeleton.IndexOf(side + b)));
+          }
+        }
+      }
+    }
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  ASSERT_FALSE(diagnosis.findings.empty());
+  EXPECT_EQ(diagnosis.findings[0].kind, "skeleton")
+      << DiagnosisWords(diagnosis);
+  EXPECT_NE(diagnosis.findings[0].fix.find("detections.skeleton"),
+            std::string::npos);
+  EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kSuspect);
+  EXPECT_EQ(FindKind(diagnosis, "unit"), nullptr) << DiagnosisWords(diagnosis);
+}
+
 TEST(Doctor, LongFrameIntervalsAreReported) {
   FaultyScene scene = MakeFaultyScene({1, 5, 4, 2.0});
   for (DetectionFrame& frame : scene.detections.frames) {
