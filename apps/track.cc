@@ -242,6 +242,9 @@ RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
                                           : SourceOpener());
   RecordingReporter reporter(session->scene(), source->header().skeleton,
                              IsLive());
+  reporter.set_has_clocks(recording.ready.refinement == std::nullopt &&
+                          recording.ready.record.has_value() &&
+                          recording.ready.record->has_clocks());
   reporter.set_empty_frames_left_out(
       CanBeReadAgain() &&
       LeavesOutEmptyFrames(FLAGS_detections, recording.options.detections));

@@ -218,6 +218,7 @@ struct RecordingReporter::Impl {
     facts.empty_frames = empty_frames_;
     facts.in_seconds = scene_.header.mode == ToString(Mode::kGraph);
     facts.links = KeyOf("identity", "link", false);
+    facts.has_clocks = has_clocks_;
     facts.independent_frames = IndependentFrames();
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
     facts.unfollowed = unfollowed_.Often();
@@ -445,6 +446,7 @@ struct RecordingReporter::Impl {
   int64_t steps_back_ = 0;
   int64_t empty_frames_ = 0;
   bool empty_frames_left_out_ = false;
+  bool has_clocks_ = false;
 };
 
 RecordingReporter::RecordingReporter(const RunScene& scene,
@@ -454,6 +456,9 @@ RecordingReporter::RecordingReporter(const RunScene& scene,
 RecordingReporter::~RecordingReporter() = default;
 void RecordingReporter::set_empty_frames_left_out(bool left_out) {
   impl_->empty_frames_left_out_ = left_out;
+}
+void RecordingReporter::set_has_clocks(bool has_clocks) {
+  impl_->has_clocks_ = has_clocks;
 }
 void RecordingReporter::set_scale(const SubjectScale& scale) {
   impl_->scale_ = scale;

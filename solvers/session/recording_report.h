@@ -88,6 +88,8 @@ class RecordingReporter {
                     bool is_stream = false);
   // Sets the scale of the run (Session::scale); to be called before Report.
   void set_scale(const SubjectScale& scale);
+  // Whether the calibration contains clocks (RefinementRecord::has_clocks).
+  void set_has_clocks(bool has_clocks);
   // If true, frames that are not passed are empty frames, not gaps.
   void set_empty_frames_left_out(bool left_out);
   ~RecordingReporter();

@@ -374,7 +374,8 @@ namespace {
 
 // The doctor's findings for the report, without the unit if the report has its
 // own warning about it.
-std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
+std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit,
+                              bool has_clocks) {
   std::vector<Finding> causes;
   for (Finding finding : diagnosis.findings) {
     if (!finding.significant || (finding.kind == "unit" && knows_unit))
@@ -382,7 +383,9 @@ std::vector<Finding> CausesOf(const Diagnosis& diagnosis, bool knows_unit) {
     // At a resolution of whole frames, misoriented cameras may resemble clock
     // errors; and the report writes no cameras.json.
     if (finding.kind == "clock_offset") {
-      finding.evidence += "; if this is a clock error, use " + finding.fix;
+      if (!has_clocks) {
+        finding.evidence += "; if this is a clock error, use " + finding.fix;
+      }
       finding.fix = kLookCloser;
     } else if (finding.fix.rfind(kUseCorrected, 0) == 0) {
       finding.fix = kLookCloser;
@@ -402,7 +405,8 @@ void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
   Warnings(facts, report).AddAll();
   const bool knows_unit =
       any([](const Finding& one) { return one.kind == "unit"; });
-  std::vector<Finding> causes = CausesOf(diagnosis, knows_unit);
+  std::vector<Finding> causes =
+      CausesOf(diagnosis, knows_unit, facts.has_clocks);
   report->warnings.insert(report->warnings.begin(),
                           std::make_move_iterator(causes.begin()),
                           std::make_move_iterator(causes.end()));

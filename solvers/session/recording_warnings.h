@@ -35,6 +35,8 @@ struct RecordingFacts {
   bool independent_frames = false;  // input.independent_frames
   bool in_seconds = false;          // graph mode
   bool links = false;               // identity.link
+  // Whether the calibration contains clocks, which a run does not refine again.
+  bool has_clocks = false;
   // Number of joints, of 17, required of a new person
   // (initialisation.min_joints); 0: unknown.
   double least_joints_of_17 = 0.0;

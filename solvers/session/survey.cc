@@ -125,6 +125,7 @@ SurveyTrial Try(const SurveyRequest& asked, RunOptions options,
   Session session(options, request, beginning.header,
                   [&] { return std::make_unique<MemorySource>(beginning); });
   RecordingReporter reporter(session.scene(), beginning.header.skeleton);
+  reporter.set_has_clocks(record.has_value() && record->has_clocks());
   reporter.set_empty_frames_left_out(
       LeavesOutEmptyFrames(asked.detections, options.detections));
   UsedFrames used(session.scene(),

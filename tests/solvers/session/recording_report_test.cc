@@ -282,6 +282,19 @@ INSTANTIATE_TEST_SUITE_P(RecordingReport, WrongSetUps,
                          ::testing::ValuesIn(WrongOnes()),
                          [](const auto& test) { return test.param.name; });
 
+// A run refuses to refine clocks that the calibration already contains.
+TEST(RecordingReport, RecordedClocksAreNotToBeRefined) {
+  for (const WrongSetUp& one : WrongOnes()) {
+    if (one.name != "late_view") continue;
+    Recording recording = FaultlessRecording();
+    one.spoil(&recording);
+    const RecordingReport report =
+        testing::ReportOf(recording, testing::GraphMode(), true);
+    EXPECT_THAT(KindsOf(report.warnings), ::testing::Contains("clock_offset"));
+    EXPECT_THAT(TextOf(report), ::testing::Not(HasSubstr("refine_clock")));
+  }
+}
+
 // If each of two views misses two fifths of the joints, about a third are found
 // in both: 6 of 17 on average, although a new track requires 10. Tracks then
 // start late, if at all.

@@ -106,7 +106,8 @@ inline TrackSequence FrameByFrame(const Recording& recording,
 
 // The report at the end of a run.
 inline RecordingReport ReportOf(const Recording& recording,
-                                const RunOptions& options) {
+                                const RunOptions& options,
+                                bool has_clocks = false) {
   RunRequest request = recording.request;
   request.kept_matches = KeptMatches::kDetections;
   Session session(options, request, recording.detections.header);
@@ -120,6 +121,7 @@ inline RecordingReport ReportOf(const Recording& recording,
     reporter.See(*used.At(frame.frame), frame);
   });
   reporter.set_scale(session.scale());
+  reporter.set_has_clocks(has_clocks);
   return reporter.Report();
 }
 
