@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
@@ -118,6 +119,36 @@ std::string RecordFor(const CameraRig& corrected, const CameraRig& stated,
   return RefinementJson(ready);
 }
 
+// Adds the cameras of the calibration that no view shows to the corrected ones.
+// If a finding changes the whole calibration, theirs would have to change too,
+// and a note names them instead.
+void AddOtherCameras(const RunRequest& request, Diagnosis* diagnosis) {
+  const auto has = [](const auto& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const std::vector<std::string> of_all = {"unit", "convention", "intrinsics",
+                                           "image", "lens"};
+  const bool all_change =
+      std::any_of(diagnosis->findings.begin(), diagnosis->findings.end(),
+                  [&](const Finding& one) {
+                    return one.camera.empty() && has(of_all, one.kind);
+                  });
+  std::vector<std::string> examined;
+  for (const Camera& camera : diagnosis->cameras) {
+    examined.push_back(camera.name());
+  }
+  for (const Camera& camera : request.cameras) {
+    const std::string& name = camera.name();
+    if (has(examined, name) || has(request.without_cameras, name)) continue;
+    if (!all_change) {
+      diagnosis->cameras.push_back(camera);
+      continue;
+    }
+    diagnosis->notes.push_back("cameras.json lacks '" + Printable(name) +
+                               "', which was not examined");
+  }
+}
+
 void RunDoctor() {
   UseAdapterFlag();
   RequireFlag("cameras", FLAGS_cameras);
@@ -136,6 +167,7 @@ void RunDoctor() {
   const auto record = ReadRefinementRecord(FLAGS_cameras);
   Diagnosis diagnosis =
       DiagnoseRecording(options, request, recording, unit, record);
+  AddOtherCameras(request, &diagnosis);
   NameInputs(
       Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
       Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +

@@ -9,6 +9,7 @@
 
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/format.h"
+#include "solvers/cameras/camera_change.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/session/run.h"
 #include "tests/support/faulty_scene.h"
@@ -199,6 +200,37 @@ TEST(Advice, CommandPrintedByTrackRuns) {
     EXPECT_EQ(found.at("verdict"), "suspect") << found.dump();
   }
   EXPECT_GT(commands, 0) << summary.at("warnings").dump();
+}
+
+// A camera without a view stays in the calibration, unless a finding changes
+// all cameras.
+TEST(Cameras, WithoutAViewAreKept) {
+  for (const double scale : {1.0, 1000.0}) {
+    const testing::TemporaryFolder folder;
+    Files files(folder.path().string());
+    files.Write([&](FaultyScene* scene) {
+      scene->cameras.push_back(
+          Edited(scene->cameras[0], [](CameraParameters* camera) {
+            camera->name = "spare";
+            camera->t.x() += 0.5;
+          }));
+      for (Camera& camera : scene->cameras) {
+        camera =
+            testing::WithExtrinsics(camera, camera.R(), scale * camera.t());
+      }
+    });
+    const auto report =
+        Doctor(files.cameras + files.detections + " --set='" + files.keys + "'",
+               files.path + "/doctor");
+    const CameraRig cameras =
+        ReadCameras(files.path + "/doctor/cameras.json", {});
+    const bool is_kept = scale == 1.0;
+    ASSERT_EQ(cameras.size(), is_kept ? 5u : 4u) << report.dump();
+    EXPECT_EQ(cameras.back().name() == "spare", is_kept);
+    EXPECT_EQ(report.at("notes").dump().find("'spare'") == std::string::npos,
+              is_kept)
+        << report.dump();
+  }
 }
 
 // Clocks recorded in a calibration are applied to the recording: there are no
