@@ -220,6 +220,7 @@ struct RecordingReporter::Impl {
     facts.links = KeyOf("identity", "link", false);
     facts.has_clocks = has_clocks_;
     facts.independent_frames = IndependentFrames();
+    facts.confirm_hits = ConfirmHits();
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
     facts.unfollowed = unfollowed_.Often();
     report.cameras_off = check_.Warnings(scale_.metres());
@@ -366,6 +367,18 @@ struct RecordingReporter::Impl {
 
   bool IndependentFrames() const {
     return KeyOf("input", "independent_frames", false);
+  }
+
+  int64_t ConfirmHits() const {
+    constexpr double kPaperHz = 25.0;
+    TrackLifeOptions life;
+    life.confirm_s = KeyOf("tracking", "confirm_s", life.confirm_s);
+    life.max_age_s = KeyOf("tracking", "max_age_s", life.max_age_s);
+    life.independent_frames = IndependentFrames();
+    life.in_seconds = true;
+    const bool is_paper = scene_.header.mode == ToString(Mode::kPaper);
+    return LifeInFrames(life, is_paper ? kPaperHz : scene_.model.frame_rate_hz)
+        .confirm_hits;
   }
 
   // Greatest speed covered by the gates. 0 for gates in pixels, and if

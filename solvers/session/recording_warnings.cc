@@ -94,12 +94,32 @@ class Warnings {
   }
 
   void AddNoPerson() {
+    // In short recordings few detections are enough.
+    const int64_t enough =
+        std::clamp<int64_t>(report_->frames / 2, 1, kEnoughDetections);
     size_t views = 0;
+    size_t showing = 0;  // views with any detections
     for (const CameraReport& camera : report_->cameras) {
-      views += camera.detections >= kEnoughDetections ? 1 : 0;
+      views += camera.detections >= enough ? 1 : 0;
+      showing += camera.detections > 0 ? 1 : 0;
+    }
+    if (showing >= 2 && report_->frames < facts_.confirm_hits) {
+      Add("nobody",
+          fmt::format("no person was found: {} {} few, because a track is "
+                      "written from {} frames with detections on",
+                      report_->frames,
+                      report_->frames == 1 ? "frame is too" : "frames are too",
+                      facts_.confirm_hits),
+          "--set=input.independent_frames=true if frames are single pictures");
+      return;
     }
     if (views < 2) {
-      Add("nobody", "no person was found: fewer than two views show anybody",
+      Add("nobody",
+          showing < 2
+              ? "no person was found: fewer than two views show anybody"
+              : fmt::format("no person was found: fewer than two views have "
+                            "{} detections or more",
+                            enough),
           "inspect the detections with `kinegraph report`, or the video");
       return;
     }

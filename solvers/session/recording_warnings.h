@@ -33,8 +33,10 @@ struct RecordingFacts {
   // problems.
   bool views_examined = false;
   bool independent_frames = false;  // input.independent_frames
-  bool in_seconds = false;          // graph mode
-  bool links = false;               // identity.link
+  // Updates after which a track is confirmed and written.
+  int64_t confirm_hits = 1;
+  bool in_seconds = false;  // graph mode
+  bool links = false;       // identity.link
   // Whether the calibration contains clocks, which a run does not refine again.
   bool has_clocks = false;
   // Number of joints, of 17, required of a new person

@@ -282,6 +282,20 @@ INSTANTIATE_TEST_SUITE_P(RecordingReport, WrongSetUps,
                          ::testing::ValuesIn(WrongOnes()),
                          [](const auto& test) { return test.param.name; });
 
+TEST(RecordingReport, TooFewFramesForATrackAreReported) {
+  Recording recording = FaultlessRecording();
+  recording.frames().resize(2);
+  const RecordingReport report = ReportOf(recording);
+  ASSERT_EQ(report.poses, 0);
+  EXPECT_THAT(TextOf(report), HasSubstr("2 frames are too few"));
+  EXPECT_THAT(TextOf(report), HasSubstr("input.independent_frames=true"));
+  EXPECT_THAT(TextOf(report),
+              ::testing::Not(HasSubstr("fewer than two views")));
+  recording.frames().resize(1);
+  EXPECT_THAT(TextOf(ReportOf(recording)), HasSubstr("1 frame is too few"));
+  EXPECT_GT(ReportOf(recording, true).poses, 0);
+}
+
 // A run refuses to refine clocks that the calibration already contains.
 TEST(RecordingReport, RecordedClocksAreNotToBeRefined) {
   for (const WrongSetUp& one : WrongOnes()) {
