@@ -92,6 +92,24 @@ DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   return ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
 }
 
+void RequireFrames(const RunRequest& request,
+                   const DetectionSequence& recording) {
+  if (std::any_of(recording.frames.begin(), recording.frames.end(),
+                  [&](const DetectionFrame& one) {
+                    return ContainsFrame(request.frames, one.frame);
+                  })) {
+    return;
+  }
+  std::string asked;
+  if (!FLAGS_frames.empty()) asked = " in --frames=" + FLAGS_frames;
+  if (!recording.frames.empty()) {
+    asked += fmt::format(", the recording has {} .. {}",
+                         recording.frames.front().frame,
+                         recording.frames.back().frame);
+  }
+  throw InputError(FLAGS_detections, "", "no frame to examine" + asked);
+}
+
 bool AreAlike(const Camera& a, const Camera& b) {
   return a.K() == b.K() && a.R() == b.R() && a.t() == b.t() &&
          a.lens() == b.lens();
@@ -161,10 +179,11 @@ void RunDoctor() {
   request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
   const CalibrationUnit unit =
       UnitOfCalibration(FLAGS_cameras, options.cameras);
-  AtomicFolder folder(WithFolders(FLAGS_out));
   std::string note;
   const DetectionSequence recording = ReadRecording(&options, &note);
+  RequireFrames(request, recording);
   const auto record = ReadRefinementRecord(FLAGS_cameras);
+  AtomicFolder folder(WithFolders(FLAGS_out));
   Diagnosis diagnosis =
       DiagnoseRecording(options, request, recording, unit, record);
   AddOtherCameras(request, &diagnosis);

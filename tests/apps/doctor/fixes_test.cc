@@ -202,6 +202,22 @@ TEST(Advice, CommandPrintedByTrackRuns) {
   EXPECT_GT(commands, 0) << summary.at("warnings").dump();
 }
 
+TEST(Frames, OutsideTheRecordingAreRefused) {
+  const testing::TemporaryFolder folder;
+  Files files(folder.path().string());
+  files.Write([](FaultyScene*) {});
+  const auto run =
+      RunProgram("doctor", files.cameras + files.detections + " --set='" +
+                               files.keys + "' --frames=5000:5100 --out='" +
+                               files.path + "/new/doctor'");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_NE(run.errors.find("no frame to examine in --frames=5000:5100, the "
+                            "recording has "),
+            std::string::npos)
+      << run.errors;
+  EXPECT_FALSE(std::filesystem::exists(files.path + "/new"));
+}
+
 // A camera without a view stays in the calibration, unless a finding changes
 // all cameras.
 TEST(Cameras, WithoutAViewAreKept) {
