@@ -1055,6 +1055,9 @@ class RigEstimate {
   // Describes why no two views were joined: what was tracked, and what pairs
   // share.
   std::string WhyNoStart() const {
+    if (recording_.header.skeleton.joint_count() < 2) {
+      return "the subject is a single point: at least two joints are needed";
+    }
     constexpr double kLeastS = 1.0;
     const double rate_hz = recording_.header.frame_rate_hz;
     const double span_s =

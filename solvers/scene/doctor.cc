@@ -119,9 +119,12 @@ class Doctor {
     Ask(Stage::kFiles);
     set_up_.Look();
     if (set_up_.frames.empty() || set_up_.cameras.size() < 2) {
-      Note(
-          "nothing was examined: this needs frames in which two views see "
-          "people with at least six joints (all, for smaller skeletons)");
+      Note(set_up_.detections.header.skeleton.joint_count() < 2
+               ? "nothing was examined: the subject is a single point, but at "
+                 "least two joints are needed"
+               : "nothing was examined: this needs frames in which two views "
+                 "see people with at least six joints (all, for smaller "
+                 "skeletons)");
       return Closed(DoctorVerdict::kNotExamined);
     }
     Ask(Stage::kTwins);

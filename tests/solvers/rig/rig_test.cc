@@ -525,6 +525,22 @@ TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
   EXPECT_LE(found.rig.likely_right, 0.5);
 }
 
+TEST(Rig, RefusesSinglePoints) {
+  const Scene scene = Walkers(5.0);
+  DetectionSequence points = Observe(scene, Noise(), nullptr);
+  points.header.skeleton = Skeleton("ball", {"ball"}, {});
+  for (DetectionFrame& frame : points.frames) {
+    for (ViewDetections& view : frame.views) {
+      for (Detection& one : view.detections) one.joints.resize(1);
+    }
+  }
+  const RecordingCalibration found = Calibrated(scene, points);
+  EXPECT_EQ(found.rig.verdict, RigVerdict::kRefused);
+  ASSERT_FALSE(found.rig.reasons.empty());
+  EXPECT_NE(found.rig.reasons[0].find("two joints"), std::string::npos)
+      << found.rig.reasons[0];
+}
+
 TEST(Rig, RefusesViewsOfDifferentRoomsAndEmptyViews) {
   const Scene scene = Walkers(10.0);
   DetectionSequence apart = Observe(scene, Noise(), nullptr);

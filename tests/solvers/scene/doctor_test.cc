@@ -410,6 +410,22 @@ TEST(Doctor, ImplausibleSkeletonIsReportedFirst) {
   EXPECT_EQ(FindKind(diagnosis, "unit"), nullptr) << DiagnosisWords(diagnosis);
 }
 
+TEST(Doctor, SinglePointsAreNotExamined) {
+  FaultyScene scene = MakeFaultyScene({1, 4, 1, 2.0});
+  scene.detections.header.skeleton = Skeleton("ball", {"ball"}, {});
+  for (DetectionFrame& frame : scene.detections.frames) {
+    for (ViewDetections& view : frame.views) {
+      for (Detection& one : view.detections) one.joints.resize(1);
+    }
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kNotExamined);
+  ASSERT_FALSE(diagnosis.notes.empty());
+  EXPECT_NE(diagnosis.notes.back().find("at least two joints"),
+            std::string::npos)
+      << diagnosis.notes.back();
+}
+
 TEST(Doctor, LongFrameIntervalsAreReported) {
   FaultyScene scene = MakeFaultyScene({1, 5, 4, 2.0});
   for (DetectionFrame& frame : scene.detections.frames) {
