@@ -222,6 +222,11 @@ CalibrationInput InputOfFlags(const RunOptions& options,
     }
     return input;
   }
+  if (FLAGS_focal.empty() && !FirstGiven({"focal_error"}).empty()) {
+    throw InputError(
+        "--focal_error: needs --focal or --cameras, whose focal lengths have "
+        "this error");
+  }
   input.cameras = RigOfFlags(detections);
   input.lenses_known = false;
   input.focal_stated = !FLAGS_focal.empty();

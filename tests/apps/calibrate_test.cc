@@ -55,6 +55,15 @@ TEST_F(CalibrateTest, RefusesUnwritableOutputPaths) {
   }
 }
 
+TEST_F(CalibrateTest, AnErrorOfUnknownFocalLengthsIsRefused) {
+  EXPECT_THAT(
+      Refusal("calibrate", "--detections=" + Seconds(0.5) +
+                               " --image_size=1920,1080 --focal_error=10 "
+                               "--out=" +
+                               Path("c.json")),
+      HasSubstr("--focal_error: needs --focal"));
+}
+
 // Lengths in millimetres instead of metres, and overflows.
 TEST_F(CalibrateTest, RefusesLengthsOutOfRange) {
   const std::string detections = Seconds(0.5);
