@@ -356,7 +356,9 @@ std::string ReportPath(const std::string& out) {
   return WithoutExtension(out) + ".calibrate.json";
 }
 
-// Throws for an unusable --out before minutes of work.
+// Throws for an unusable --out before minutes of work. To be called after
+// reading: the output may replace the input, and no folder is made for input
+// that cannot be read.
 void CheckOutput() {
   const std::string path = WithFolders(FLAGS_out);
   AtomicFiles files;
@@ -429,7 +431,6 @@ void RunCalibrate() {
   }
   const RunOptions options =
       DefaultOptions(FLAGS_frame_rate, FLAGS_skeleton, FLAGS_set);
-  CheckOutput();
   const DetectionSequence detections =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
   if (detections.header.view_names.size() < 2) {
@@ -440,7 +441,7 @@ void RunCalibrate() {
         "--frame_rate: not given, and the detections do not specify it [Hz]");
   }
   CalibrationInput input = InputOfFlags(options, detections);
-  CheckOutput();  // the output may replace the input
+  CheckOutput();
   std::unique_ptr<Progress> progress;
   std::string stage;
   input.progress = [&](const std::string& now, int done, int total) {

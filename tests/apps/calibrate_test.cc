@@ -64,6 +64,13 @@ TEST_F(CalibrateTest, AnErrorOfUnknownFocalLengthsIsRefused) {
       HasSubstr("--focal_error: needs --focal"));
 }
 
+TEST_F(CalibrateTest, UnreadableInputLeavesNoFolders) {
+  Refusal("calibrate",
+          "--detections=" + folder_.Write("d.jsonl", "[\n") +
+              " --image_size=1920,1080 --out=" + Path("new/folder/c.json"));
+  EXPECT_FALSE(fs::exists(Path("new")));
+}
+
 // Lengths in millimetres instead of metres, and overflows.
 TEST_F(CalibrateTest, RefusesLengthsOutOfRange) {
   const std::string detections = Seconds(0.5);
