@@ -413,12 +413,13 @@ void RunTrack() {
   RecordingReport report =
       TrackFrames(recording, source.get(), &session, &output);
   AddBadFrames(source->bad_frames(), &report);
-  NameInputs(
-      Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
-      Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +
-          Flag("frames", FLAGS_frames) +
-          Flag("without_cameras", FLAGS_without_cameras),
-      "", &report.warnings);
+  // Other commands read no stream, but its recorded file.
+  NameInputs(Flag("cameras", FLAGS_cameras) +
+                 Flag("detections", IsLive() ? "FILE" : FLAGS_detections),
+             Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +
+                 Flag("frames", FLAGS_frames) +
+                 Flag("without_cameras", FLAGS_without_cameras),
+             "", &report.warnings);
   const RunSummary& summary = session.summary();
   const std::optional<InputError> ended =
       live == nullptr ? std::nullopt : live->error();

@@ -249,6 +249,29 @@ TEST(Cameras, WithoutAViewAreKept) {
   }
 }
 
+// `doctor` and `calibrate` cannot read a stream.
+TEST(Advice, NamesAFileInsteadOfAStream) {
+  const testing::TemporaryFolder folder;
+  Files files(folder.path().string());
+  files.Write([&](FaultyScene* scene) {
+    scene->cameras[2] = testing::Turned(scene->cameras[2], 4.0, 9);
+    MemorySource source(scene->detections);
+    LostFields lost_fields;
+    FindDetectionFormat("kinegraph")
+        ->write(files.path + "/det.jsonl", {}, &source, &lost_fields);
+  });
+  const auto run = RunProgram(
+      "track", files.cameras + " --detections=- --out='" + files.path +
+                   "/t.jsonl' < '" + files.path + "/det.jsonl'");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const std::string warnings =
+      nlohmann::json::parse(testing::ContentOf(files.path + "/t.summary.json"))
+          .at("warnings")
+          .dump();
+  EXPECT_NE(warnings.find("--detections=FILE"), std::string::npos) << warnings;
+  EXPECT_EQ(warnings.find("--detections=-"), std::string::npos) << warnings;
+}
+
 // Clocks recorded in a calibration are applied to the recording: there are no
 // findings, and the record is passed on.
 TEST(Records, ClocksInACalibrationAreApplied) {
