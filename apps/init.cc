@@ -353,13 +353,12 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   if (FLAGS_frame_rate > 0.0) {
     more += fmt::format(" --frame_rate={:g}", FLAGS_frame_rate);
   }
-  if (!FLAGS_skeleton.empty()) more += " --skeleton=" + FLAGS_skeleton;
+  more += Flag("skeleton", FLAGS_skeleton) + Flag("set", FLAGS_set);
   throw InputError(fmt::format(
       "--cameras: not given; to estimate a calibration from the people "
-      "(insert the size of your images): ./kinegraph calibrate "
-      "--detections={} "
+      "(insert the size of your images): ./kinegraph calibrate{} "
       "--image_size={},{}{} --out=cameras.json",
-      FLAGS_detections, width, height, more));
+      Flag("detections", FLAGS_detections), width, height, more));
 }
 
 void RunInit() {

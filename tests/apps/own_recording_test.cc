@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -210,6 +211,20 @@ TEST_F(SmallRecording, ErrorsNameWhatIsMissingOrWrong) {
               HasSubstr("input.frame_rate"));
   EXPECT_THAT(Refusal("track", flags("take.xyz") + "--set=input.frame_rate=25"),
               HasSubstr("must end in .jsonl, .csv, .npz, .trc"));
+}
+
+TEST_F(SmallRecording, OfferedCalibrationIsQuotedAndKeepsKeys) {
+  Make("coco", "coco17");
+  std::filesystem::rename(in + "/detections.jsonl",
+                          in + "/my detections.jsonl");
+  const std::string given =
+      "--set='input.frame_rate=25;detections.skeleton=coco17'";
+  const std::string offer =
+      Refusal("init", "--detections='" + in + "/my detections.jsonl' " + given +
+                          " --out='" + in + "/my.toml'");
+  EXPECT_THAT(offer, AllOf(HasSubstr("kinegraph calibrate --detections='" + in +
+                                     "/my detections.jsonl' --image_size="),
+                           HasSubstr(given)));
 }
 
 TEST_F(SmallRecording, InitKeepsGivenKeys) {
