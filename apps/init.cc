@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -44,6 +46,8 @@ DEFINE_string(out, "", "configuration to write (.toml)");
 
 namespace kinegraph {
 namespace {
+
+namespace fs = std::filesystem;
 
 SurveyRequest RequestOfFlags() {
   return {FLAGS_cameras, FLAGS_detections,
@@ -361,11 +365,22 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
       Flag("detections", FLAGS_detections), width, height, more));
 }
 
+// Throws for an unusable --out before the recording is examined. Missing
+// folders are made only when the configuration is written.
+void CheckOutput() {
+  const fs::path folder = fs::path(FLAGS_out).parent_path();
+  std::error_code error;
+  if (IsStream(FLAGS_out)) return;
+  if (!folder.empty() && !fs::exists(folder, error)) return;
+  AtomicFile unused(FLAGS_out);
+}
+
 void RunInit() {
   UseAdapterFlag();
   RequireFlag("detections", FLAGS_detections);
   if (FLAGS_cameras.empty()) OfferCalibrate();
   RequireFlag("out", FLAGS_out);
+  CheckOutput();
   const SurveyRequest request = RequestOfFlags();
   RecordingSurvey survey = SurveyRecording(request);
   NameInputs(

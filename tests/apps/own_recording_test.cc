@@ -227,6 +227,15 @@ TEST_F(SmallRecording, OfferedCalibrationIsQuotedAndKeepsKeys) {
                            HasSubstr(given)));
 }
 
+// An unusable --out is refused before the report is printed (Refusal).
+TEST_F(SmallRecording, InitChecksItsOutputFirst) {
+  Make("coco", "coco17");
+  std::filesystem::create_directory(in + "/folder.toml");
+  EXPECT_THAT(Refusal("init", Flags("folder.toml")), HasSubstr("folder.toml"));
+  std::ofstream(in + "/file") << "1";
+  EXPECT_THAT(Refusal("init", Flags("file/my.toml")), HasSubstr("file"));
+}
+
 TEST_F(SmallRecording, InitKeepsGivenKeys) {
   Make("coco", "coco17");
   Done("init", Flags("my.toml") +
