@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -44,6 +46,8 @@ DEFINE_string(out, "", "configuration to write (.toml)");
 
 namespace kinegraph {
 namespace {
+
+namespace fs = std::filesystem;
 
 SurveyRequest RequestOfFlags() {
   return {FLAGS_cameras, FLAGS_detections,
@@ -381,13 +385,22 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   if (FLAGS_frame_rate > 0.0) {
     more += fmt::format(" --frame_rate={:g}", FLAGS_frame_rate);
   }
-  if (!FLAGS_skeleton.empty()) more += " --skeleton=" + FLAGS_skeleton;
+  more += Flag("skeleton", FLAGS_skeleton) + Flag("set", FLAGS_set);
   throw InputError(fmt::format(
       "--cameras: not given; to estimate a calibration from the people "
-      "(insert the size of your images): ./kinegraph calibrate "
-      "--detections={} "
+      "(insert the size of your images): ./kinegraph calibrate{} "
       "--image_size={},{}{} --out=cameras.json",
-      FLAGS_detections, width, height, more));
+      Flag("detections", FLAGS_detections), width, height, more));
+}
+
+// Throws for an unusable --out before the recording is examined. Missing
+// folders are made only when the configuration is written.
+void CheckOutput() {
+  const fs::path folder = fs::path(FLAGS_out).parent_path();
+  std::error_code error;
+  if (IsStream(FLAGS_out)) return;
+  if (!folder.empty() && !fs::exists(folder, error)) return;
+  AtomicFile unused(FLAGS_out);
 }
 
 void RunInit() {
@@ -396,6 +409,7 @@ void RunInit() {
   if (FLAGS_cameras.empty()) OfferCalibrate();
   RequireFlag("out", FLAGS_out);
   if (FLAGS_out == "-") FailFlag("out", FLAGS_out, "the name of a file");
+  CheckOutput();
   const SurveyRequest request = RequestOfFlags();
   RecordingSurvey survey = SurveyRecording(request);
   NameInputs(

@@ -291,6 +291,7 @@ struct RecordingReporter::Impl {
     input.detections = beginning_;
     input.detections.header.skeleton = detection_skeleton_;
     input.detections.header.view_names = scene_.view_names;
+    input.detections.header.frame_rate_hz = scene_.model.frame_rate_hz;
     input.frame_rate_hz = scene_.model.frame_rate_hz;
     input.independent_frames = IndependentFrames();
     return input;

@@ -214,6 +214,29 @@ TEST_F(SmallRecording, ErrorsNameWhatIsMissingOrWrong) {
               HasSubstr("must end in .jsonl, .csv, .npz, .trc"));
 }
 
+TEST_F(SmallRecording, OfferedCalibrationIsQuotedAndKeepsKeys) {
+  Make("coco", "coco17");
+  std::filesystem::rename(in + "/detections.jsonl",
+                          in + "/my detections.jsonl");
+  const std::string given =
+      "--set='input.frame_rate=25;detections.skeleton=coco17'";
+  const std::string offer =
+      Refusal("init", "--detections='" + in + "/my detections.jsonl' " + given +
+                          " --out='" + in + "/my.toml'");
+  EXPECT_THAT(offer, AllOf(HasSubstr("kinegraph calibrate --detections='" + in +
+                                     "/my detections.jsonl' --image_size="),
+                           HasSubstr(given)));
+}
+
+// An unusable --out is refused before the report is printed (Refusal).
+TEST_F(SmallRecording, InitChecksItsOutputFirst) {
+  Make("coco", "coco17");
+  std::filesystem::create_directory(in + "/folder.toml");
+  EXPECT_THAT(Refusal("init", Flags("folder.toml")), HasSubstr("folder.toml"));
+  std::ofstream(in + "/file") << "1";
+  EXPECT_THAT(Refusal("init", Flags("file/my.toml")), HasSubstr("file"));
+}
+
 TEST_F(SmallRecording, InitKeepsGivenKeys) {
   Make("coco", "coco17");
   Done("init", Flags("my.toml") +

@@ -17,6 +17,7 @@
 #include "solvers/session/recording_warnings.h"
 #include "solvers/session/subject_gauge.h"
 #include "tests/solvers/session/recordings.h"
+#include "tests/support/faulty_scene.h"
 
 namespace kinegraph {
 namespace {
@@ -294,6 +295,34 @@ TEST(RecordingReport, TooFewFramesForATrackAreReported) {
   recording.frames().resize(1);
   EXPECT_THAT(TextOf(ReportOf(recording)), HasSubstr("1 frame is too few"));
   EXPECT_GT(ReportOf(recording, true).poses, 0);
+}
+
+// Three views lose every second image, so that their frames count at half the
+// rate of the other view. Sanitized builds also check that the times of its
+// frames are finite.
+TEST(RecordingReport, ViewOfAnotherRateIsReported) {
+  testing::FaultySceneOptions options = {21, 4, 2, 5.0};
+  options.frame_rate_hz = 30.0;
+  const testing::FaultyScene scene = testing::MakeFaultyScene(options);
+  Recording recording;
+  recording.request.cameras = scene.cameras;
+  recording.detections = scene.detections;
+  recording.detections.header.frame_rate_hz = 15.0;
+  const std::vector<DetectionFrame>& seen = scene.detections.frames;
+  for (size_t k = 0; k < seen.size(); ++k) {
+    DetectionFrame& frame = recording.frames()[k];
+    frame.time = 2 * seen[k].time;
+    for (size_t v = 0; v < 4; ++v) {
+      frame.views[v].capture_time = frame.time;
+      if (v == 1) continue;
+      frame.views[v].detections.clear();
+      if (2 * k >= seen.size()) continue;
+      frame.views[v].detections = seen[2 * k].views[v].detections;
+    }
+  }
+  const RecordingReport report = ReportOf(recording);
+  EXPECT_THAT(KindsOf(report.warnings), ::testing::Contains("view_rate"));
+  EXPECT_THAT(TextOf(report), HasSubstr("input.view_frame_rate"));
 }
 
 // A run refuses to refine clocks that the calibration already contains.
