@@ -543,6 +543,10 @@ TEST_F(CompareCommand, InvalidFlagsAreRefusedWithTheCause) {
       {"--folds=0:100,900:1000 --fit_shift",
        "900:1000 has no detection of a tracked person"},
       {"--threads=0", "at least 1"},
+      {"--joint=r_wirst", "--joint: found 'r_wirst', expected one of "},
+      {"--strategies=raw_dlt --plot_strategies=raw_dlt,batch",
+       "--plot_strategies: found 'batch', expected a strategy that is "
+       "compared"},
       {"--markers=x.c3d", "exclude each other"}};
   for (const auto& [flags, cause] : cases) {
     EXPECT_THAT(Refusal("compare", Flags("out", "--noplots ") + flags),
