@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "apps/batch/merge.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
 #include "apps/common/table.h"
 #include "apps/compare/output.h"
