@@ -300,9 +300,9 @@ CompareResult PrepareResult(FrozenRecording recording,
   if (!FLAGS_held_out_set.empty()) {
     set = ReadHeldOutSet(FLAGS_held_out_set, recording.run.scene.view_names);
   }
-  result.comparison =
-      MakeComparison(std::move(recording.options), std::move(recording.run),
-                     std::move(folds), set, FLAGS_threads);
+  result.comparison = MakeComparison(
+      recording.cameras, std::move(recording.options), std::move(recording.run),
+      std::move(folds), set, FLAGS_threads);
   ReadTruth(&result.comparison);
   result.comparison.angles = FLAGS_angles;
   result.baseline_idx = IndexOf(strategies, FLAGS_baseline);

@@ -67,7 +67,7 @@ CompareResult Compare(const SyntheticRecording& recording,
   std::vector<Fold> folds;
   for (const FrameRange& range : ranges) folds.push_back({range, prepared});
   CompareResult result;
-  result.comparison = MakeComparison(Options(), std::move(run),
+  result.comparison = MakeComparison("c.json", Options(), std::move(run),
                                      std::move(folds), std::nullopt, threads);
   result.comparison.truth = recording.truth;
   for (const Strategy& strategy :
@@ -274,8 +274,8 @@ TEST(Shift, ImageShiftOfACameraIsEstimatedAndRemoved) {
   const auto error = [&](const DetectionSequence& detections) {
     std::vector<Fold> folds = {
         {{87, 150}, PrepareRecording(run, Options(), detections, 1)}};
-    const Comparison comparison =
-        MakeComparison(Options(), run, std::move(folds), std::nullopt, 1);
+    const Comparison comparison = MakeComparison(
+        "c.json", Options(), run, std::move(folds), std::nullopt, 1);
     HeldOutScores scores;
     for (size_t view = 0; view < 5; ++view) {
       ScoreWithout(comparison, comparison.folds[0], view,
@@ -517,6 +517,21 @@ TEST_F(CompareCommand, RulesAndDerivatives) {
   EXPECT_THAT(markdown, HasSubstr("## Cut-offs that rules choose"));
   EXPECT_THAT(markdown, HasSubstr("central differences"));
   EXPECT_THAT(markdown, Not(HasSubstr("Joint angles")));
+}
+
+TEST_F(CompareCommand, AMissingImageSizeIsTheCalibrations) {
+  std::string text = ContentOf(Path("take/cameras.json"));
+  const std::string size = "\"image_size\":[";
+  for (size_t at = text.find(size); at != std::string::npos;
+       at = text.find(size)) {
+    text.replace(at, text.find(']', at) + 1 - at, "\"image_size\":null");
+  }
+  folder_.Write("take/sizeless.json", text);
+  const std::string flags = Flags("out", "--noplots --strategies=raw_dlt");
+  EXPECT_THAT(
+      Refusal("compare", std::string(flags).replace(flags.find("cameras.json"),
+                                                    12, "sizeless.json")),
+      HasSubstr(Path("take/sizeless.json") + ": camera 'cam0': no image size"));
 }
 
 TEST_F(CompareCommand, DrawsPlots) {
