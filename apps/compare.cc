@@ -100,10 +100,10 @@ void CheckCompareFlags() {
     RequireFlag("config", FLAGS_config);
   } else {
     // The manifest names the files, and recordings take the place of folds.
-    const std::string other =
-        FirstGiven({"cameras", "detections", "frames", "ground_truth",
-                    "protocol", "markers", "folds", "parameters",
-                    "held_out_set", "fit_shift", "errors", "angles"});
+    const std::string other = FirstGiven(
+        {"cameras", "detections", "frames", "ground_truth", "protocol",
+         "markers", "folds", "parameters", "held_out_set", "fit_shift",
+         "errors", "angles", "joint", "plot_strategies"});
     if (!other.empty()) {
       throw InputError(
           "--" + other +
@@ -229,6 +229,27 @@ std::vector<Strategy> ReadStrategies() {
   return strategies;
 }
 
+// Checks the strategies that --plot_strategies names; those of the default need
+// not be compared.
+void CheckPlotted(const std::vector<Strategy>& strategies) {
+  if (FirstGiven({"plot_strategies"}).empty()) return;
+  for (const std::string& name :
+       ParseList(FLAGS_plot_strategies, "plot_strategies")) {
+    if (IndexOf(strategies, name) == strategies.size()) {
+      FailFlag("plot_strategies", name, "a strategy that is compared");
+    }
+  }
+}
+
+// Checks --joint; a skeleton need not have the default's.
+void CheckJoint(const Skeleton& skeleton) {
+  if (FirstGiven({"joint"}).empty() || skeleton.IndexOf(FLAGS_joint) >= 0) {
+    return;
+  }
+  FailFlag("joint", FLAGS_joint,
+           fmt::format("one of {}", fmt::join(skeleton.joints(), ", ")));
+}
+
 // The folds with the detections on which each is scored: unchanged, or minus
 // the shift fitted on the other fold.
 std::vector<Fold> PrepareFolds(const RunOptions& options, const FrozenRun& run,
@@ -279,9 +300,9 @@ CompareResult PrepareResult(FrozenRecording recording,
   if (!FLAGS_held_out_set.empty()) {
     set = ReadHeldOutSet(FLAGS_held_out_set, recording.run.scene.view_names);
   }
-  result.comparison =
-      MakeComparison(std::move(recording.options), std::move(recording.run),
-                     std::move(folds), set, FLAGS_threads);
+  result.comparison = MakeComparison(
+      recording.cameras, std::move(recording.options), std::move(recording.run),
+      std::move(folds), set, FLAGS_threads);
   ReadTruth(&result.comparison);
   result.comparison.angles = FLAGS_angles;
   result.baseline_idx = IndexOf(strategies, FLAGS_baseline);
@@ -331,8 +352,9 @@ void CompareOneRecording(const std::vector<Strategy>& strategies,
   const RecordingInput input = {"",           FLAGS_cameras, FLAGS_detections,
                                 FLAGS_config, FLAGS_mode,    FLAGS_set,
                                 FLAGS_frames};
-  CompareResult result =
-      PrepareResult(FreezeRecording(input, FLAGS_threads), strategies);
+  FrozenRecording recording = FreezeRecording(input, FLAGS_threads);
+  CheckJoint(recording.run.scene.model.skeleton);
+  CompareResult result = PrepareResult(std::move(recording), strategies);
   if (FLAGS_tune) Tune(strategies, &result);
   Score(&result);
 
@@ -386,6 +408,7 @@ void RunCompare() {
   CheckCompareFlags();
   if (FLAGS_plots && FLAGS_manifest.empty()) RequirePlotTool();
   const std::vector<Strategy> strategies = ReadStrategies();
+  CheckPlotted(strategies);
   AtomicFolder folder(WithFolders(FLAGS_out));
   if (FLAGS_manifest.empty()) {
     CompareOneRecording(strategies, &folder);

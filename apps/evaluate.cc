@@ -172,6 +172,10 @@ std::optional<TrackId> PersonFlag() {
 void RunMarkers() {
   RequireFlag("tracks", FLAGS_tracks);
   RequireFlag("ground_truth", FLAGS_ground_truth);
+  const Align align = ParseAlign(FLAGS_align);
+  if (FLAGS_drift && align != Align::kBoth && align != Align::kClock) {
+    throw InputError("--drift: needs --align=both or --align=clock");
+  }
   const MarkerStudy study =
       RunMarkerStudy({FLAGS_tracks,
                       FLAGS_ground_truth,
@@ -179,7 +183,7 @@ void RunMarkers() {
                       FLAGS_unit,
                       Frames(),
                       FLAGS_plates,
-                      {ParseAlign(FLAGS_align), FLAGS_drift, PersonFlag()}});
+                      {align, FLAGS_drift, PersonFlag()}});
   Json json = {{"protocol", FLAGS_protocol},
                {"tracks", FLAGS_tracks},
                {"ground_truth", FLAGS_ground_truth},

@@ -3,7 +3,8 @@
     python3 joint_angles.py TRACKS OUT.png [TRUTH]
 
 Plots both knees of the first person. With a ground truth, prints for each angle
-the RMS error and the share of 95 % intervals that contain the true angle.
+the RMS error and the share of 95 % intervals that contain the true angle, if the
+tracks have covariances.
 """
 
 import sys
@@ -65,23 +66,31 @@ def nearest_truth(table, truth):
 def compare(table, truth):
     rows = nearest_truth(table, truth)
     pairs = rows >= 0
+    if not pairs.any():
+        sys.exit("no tracked person is near a true one at any common time")
     held = total = 0
     print(f"{'angle':22} {'RMS error, deg':>14} {'held, %':>8} {'of':>6}")
     for name in table.angles:
+        if name not in truth.angles:
+            continue
         found = table[f"{name}_deg"][pairs]
         true = truth[f"{name}_deg"][rows[pairs]]
         error = np.mod(found - true + 180.0, 360.0) - 180.0
         known = np.isfinite(error)
-        inside = (table[f"{name}_low_deg"][pairs] <= found - error) & (
-            found - error <= table[f"{name}_high_deg"][pairs]
-        )
+        if not known.any():
+            continue
         rms = np.sqrt(np.mean(error[known] ** 2))
-        share = 100.0 * inside[known].mean()
-        held += inside[known].sum()
-        total += known.sum()
-        print(f"{name:22} {rms:14.2f} {share:8.1f} {known.sum():6}")
-    print(f"{'all':22} {'':14} {100.0 * held / total:8.1f} {total:6}")
-    return held / total
+        share = "-"
+        if f"{name}_low_deg" in table.columns:
+            inside = (table[f"{name}_low_deg"][pairs] <= found - error) & (
+                found - error <= table[f"{name}_high_deg"][pairs]
+            )
+            share = f"{100.0 * inside[known].mean():.1f}"
+            held += inside[known].sum()
+            total += known.sum()
+        print(f"{name:22} {rms:14.2f} {share:>8} {known.sum():6}")
+    share = f"{100.0 * held / total:.1f}" if total else "-"
+    print(f"{'all':22} {'':14} {share:>8} {total:6}")
 
 
 def main(tracks_path, out, truth_path=None):

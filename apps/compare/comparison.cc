@@ -202,8 +202,8 @@ std::shared_ptr<const PreparedRecording> PrepareRecording(
   return recording;
 }
 
-Comparison MakeComparison(RunOptions options, FrozenRun run,
-                          std::vector<Fold> folds,
+Comparison MakeComparison(const std::string& cameras, RunOptions options,
+                          FrozenRun run, std::vector<Fold> folds,
                           const std::optional<HeldOutSet>& held_out_set,
                           int threads) {
   Comparison comparison;
@@ -227,7 +227,7 @@ Comparison MakeComparison(RunOptions options, FrozenRun run,
   for (const Camera& camera : comparison.scene().cameras) {
     comparison.cap_px.push_back(held_out_set.has_value()
                                     ? held_out_set->cap_px
-                                    : HeldOutCapPx(camera, "calibration"));
+                                    : HeldOutCapPx(camera, cameras));
   }
   return comparison;
 }
@@ -379,6 +379,7 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
 
 FrozenRecording FreezeRecording(const RecordingInput& input, int threads) {
   FrozenRecording recording;
+  recording.cameras = input.cameras;
   recording.options =
       ReadRunOptions(FindConfig(input.config), input.set, input.mode);
   RunRequest request;

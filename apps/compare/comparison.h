@@ -73,10 +73,11 @@ std::shared_ptr<const PreparedRecording> PrepareRecording(
     DetectionSequence detections, int threads);
 
 // Fills in the scored set and everything else from `run`; `folds` must not be
-// empty. `held_out_set`, if given, restricts scoring to its detections. Throws
-// InputError if nothing is left to score.
-Comparison MakeComparison(RunOptions options, FrozenRun run,
-                          std::vector<Fold> folds,
+// empty. `cameras` is the path of the calibration. `held_out_set`, if given,
+// restricts scoring to its detections. Throws InputError if nothing is left to
+// score.
+Comparison MakeComparison(const std::string& cameras, RunOptions options,
+                          FrozenRun run, std::vector<Fold> folds,
                           const std::optional<HeldOutSet>& held_out_set,
                           int threads);
 
@@ -148,6 +149,7 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& set);
 
 struct FrozenRecording {
+  std::string cameras;  // path of the calibration
   RunOptions options;
   FrozenRun run;
 };

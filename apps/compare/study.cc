@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "apps/batch/merge.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
 #include "apps/common/table.h"
 #include "apps/compare/output.h"
@@ -33,8 +34,9 @@ Comparison ComparisonOf(FrozenRecording recording,
                        recording.run.detections, request.threads);
   const FrameRange all = {recording.run.first_frame,
                           recording.run.tracks.frames.back().frame + 1};
-  return MakeComparison(std::move(recording.options), std::move(recording.run),
-                        {{all, prepared}}, std::nullopt, request.threads);
+  return MakeComparison(recording.cameras, std::move(recording.options),
+                        std::move(recording.run), {{all, prepared}},
+                        std::nullopt, request.threads);
 }
 
 // Adds the recording's name to errors.

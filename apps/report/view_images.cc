@@ -137,13 +137,21 @@ ViewImages ReadViewImages(const std::string& images, const PageInput& input) {
     rest = part.size() < rest.size() ? rest.substr(part.size() + 1) : "";
     const size_t equals = part.find('=');
     const std::string view = part.substr(0, equals);
+    if (equals == std::string::npos) {
+      throw InputError("--images: '" + Printable(part) +
+                       "' has no '=', expected VIEW=PATTERN or VIEW=VIDEO");
+    }
     const auto at = std::find(views.begin(), views.end(), view);
-    if (equals == std::string::npos || at == views.end()) {
+    if (at == views.end()) {
       throw InputError("--images: no view '" + Printable(view) +
                        "', expected VIEW=PATTERN or VIEW=VIDEO with one of " +
                        KnownViews(input));
     }
     const auto v = static_cast<size_t>(at - views.begin());
+    if (!read.patterns[v].empty() || read.videos[v].has_value()) {
+      throw InputError("--images: view '" + Printable(view) +
+                       "' is given twice");
+    }
     const std::string value = part.substr(equals + 1);
     if (IsVideo(value)) {
       read.videos[v] = ReadVideo(value, input);

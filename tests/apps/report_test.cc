@@ -199,6 +199,8 @@ TEST_F(ReportTest, ClocksMayStepBack) {
 }
 
 TEST_F(ReportTest, BadInputGivesOneLineAndExitCodeTwo) {
+  const std::string picture = Path("%d.jpg");
+  WriteTextFile(Path("0.jpg"), "");
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "--tracks"},
       {"--tracks=/nowhere.jsonl", "/nowhere.jsonl"},
@@ -219,6 +221,13 @@ TEST_F(ReportTest, BadInputGivesOneLineAndExitCodeTwo) {
       {"--tracks=" + tracks_ + " --cameras=" + cameras_ +
            " --detections=" + detections_ + " --images=nobody=a%d.jpg",
        "no view 'nobody', expected VIEW=PATTERN or VIEW=VIDEO with one of "},
+      {"--tracks=" + tracks_ + " --cameras=" + cameras_ +
+           " --detections=" + detections_ + " --images=cam0",
+       "'cam0' has no '='"},
+      {"--tracks=" + tracks_ + " --cameras=" + cameras_ +
+           " --detections=" + detections_ + " --images='cam0=" + picture +
+           ";cam0=" + picture + "'",
+       "view 'cam0' is given twice"},
       {"--tracks=" + tracks_ + " --up=w", "--up"},
       {"--tracks=" + detections_, "detections"},
       {"--tracks=" + tracks_ + " --no_such_flag", "no_such_flag"}};

@@ -1,6 +1,7 @@
 """The example scripts, run as a user would, and their output."""
 
 import importlib.util
+import json
 import os
 import subprocess
 import sys
@@ -16,6 +17,7 @@ def example(name, *arguments):
         [sys.executable, os.path.join(SOURCE, "examples", name), *arguments],
         check=True,
         stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
     ).stdout
 
@@ -74,6 +76,29 @@ class Examples(unittest.TestCase):
         # of a few people are correlated over seconds, so the coverage of a short
         # recording may be lower.
         self.assertGreater(float(last[1]), 90.0, text)
+
+    def test_angles_without_covariances(self):
+        truth = self.in_take("truth.jsonl")
+        out = os.path.join(self.folder.name, "plain.png")
+        text = example("joint_angles.py", truth, out, truth)
+        rows = [line.split() for line in text.splitlines()]
+        self.assertIn(["r_knee_flexion", "0.00", "-"], [row[:3] for row in rows])
+        self.assertEqual(rows[-1], ["all", "-", "0"])
+
+    def test_angles_without_a_common_time(self):
+        truth = self.in_take("truth.jsonl")
+        late = self.in_take("late.jsonl")
+        with open(truth, encoding="utf-8") as file:
+            lines = [json.loads(line) for line in file]
+        for frame in lines[1:]:
+            frame["frame"] += 5000
+            frame["time"] += 200.0
+        with open(late, "w", encoding="utf-8") as file:
+            file.writelines(json.dumps(line) + "\n" for line in lines)
+        out = os.path.join(self.folder.name, "late.png")
+        with self.assertRaises(subprocess.CalledProcessError) as failure:
+            example("joint_angles.py", truth, out, late)
+        self.assertIn("no tracked person", failure.exception.stderr)
 
     def test_smoothers(self):
         out = os.path.join(self.folder.name, "smoothers.png")

@@ -21,7 +21,7 @@ const AXIS = 16;  // px under a plot, for times
 
 // The place of a time among the frames, which are evenly spaced in a plot although
 // there may be gaps between their times; a fraction within a gap.
-function placeOf(time) {
+function placeOfTime(time) {
   const f = lowerBound(times, time), next = times[f + 1];
   return next > times[f] ? f + (time - times[f]) / (next - times[f]) : f;
 }
@@ -44,7 +44,7 @@ function drawTimeAxis(pen, width, height) {
   while (span / step > width / 90) step *= 2;
   let free = 70;
   for (let time = Math.ceil(first / step) * step; time < last; time += step) {
-    const x = placeOf(time) / Math.max(1, frameCount - 1) * width;
+    const x = placeOfTime(time) / Math.max(1, frameCount - 1) * width;
     if (x < free || x > width - 70) continue;
     free = x + 70;
     pen.fillRect(x, height - 3, 1, 4);

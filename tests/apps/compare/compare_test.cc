@@ -67,7 +67,7 @@ CompareResult Compare(const SyntheticRecording& recording,
   std::vector<Fold> folds;
   for (const FrameRange& range : ranges) folds.push_back({range, prepared});
   CompareResult result;
-  result.comparison = MakeComparison(Options(), std::move(run),
+  result.comparison = MakeComparison("c.json", Options(), std::move(run),
                                      std::move(folds), std::nullopt, threads);
   result.comparison.truth = recording.truth;
   for (const Strategy& strategy :
@@ -274,8 +274,8 @@ TEST(Shift, ImageShiftOfACameraIsEstimatedAndRemoved) {
   const auto error = [&](const DetectionSequence& detections) {
     std::vector<Fold> folds = {
         {{87, 150}, PrepareRecording(run, Options(), detections, 1)}};
-    const Comparison comparison =
-        MakeComparison(Options(), run, std::move(folds), std::nullopt, 1);
+    const Comparison comparison = MakeComparison(
+        "c.json", Options(), run, std::move(folds), std::nullopt, 1);
     HeldOutScores scores;
     for (size_t view = 0; view < 5; ++view) {
       ScoreWithout(comparison, comparison.folds[0], view,
@@ -519,6 +519,21 @@ TEST_F(CompareCommand, RulesAndDerivatives) {
   EXPECT_THAT(markdown, Not(HasSubstr("Joint angles")));
 }
 
+TEST_F(CompareCommand, AMissingImageSizeIsTheCalibrations) {
+  std::string text = ContentOf(Path("take/cameras.json"));
+  const std::string size = "\"image_size\":[";
+  for (size_t at = text.find(size); at != std::string::npos;
+       at = text.find(size)) {
+    text.replace(at, text.find(']', at) + 1 - at, "\"image_size\":null");
+  }
+  folder_.Write("take/sizeless.json", text);
+  const std::string flags = Flags("out", "--noplots --strategies=raw_dlt");
+  EXPECT_THAT(
+      Refusal("compare", std::string(flags).replace(flags.find("cameras.json"),
+                                                    12, "sizeless.json")),
+      HasSubstr(Path("take/sizeless.json") + ": camera 'cam0': no image size"));
+}
+
 TEST_F(CompareCommand, DrawsPlots) {
   if (std::system("command -v gnuplot > /dev/null") != 0) {
     GTEST_SKIP() << "gnuplot is not installed";
@@ -543,6 +558,10 @@ TEST_F(CompareCommand, InvalidFlagsAreRefusedWithTheCause) {
       {"--folds=0:100,900:1000 --fit_shift",
        "900:1000 has no detection of a tracked person"},
       {"--threads=0", "at least 1"},
+      {"--joint=r_wirst", "--joint: found 'r_wirst', expected one of "},
+      {"--strategies=raw_dlt --plot_strategies=raw_dlt,batch",
+       "--plot_strategies: found 'batch', expected a strategy that is "
+       "compared"},
       {"--markers=x.c3d", "exclude each other"}};
   for (const auto& [flags, cause] : cases) {
     EXPECT_THAT(Refusal("compare", Flags("out", "--noplots ") + flags),

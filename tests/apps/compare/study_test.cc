@@ -172,6 +172,8 @@ TEST(Study, ErrorsNameWhatIsMissing) {
   EXPECT_THAT(refusal("a", ""), HasSubstr("expected two or more"));
   EXPECT_THAT(refusal("a", " --folds=0:1,2:3"),
               HasSubstr("--folds applies to one recording"));
+  EXPECT_THAT(refusal("a", " --joint=nose"),
+              HasSubstr("--joint applies to one recording"));
   EXPECT_THAT(refusal("ab", ""), HasSubstr("recording 'a': "));
 }
 

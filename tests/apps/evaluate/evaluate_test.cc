@@ -283,6 +283,8 @@ TEST_F(EvaluateProgramTest, BadUsageGivesOneLineAndExitCodeTwo) {
                 "'",
             "/nowhere"},
            {"--protocol=shelf --json=/dev/null/x.json" + both, "/dev/null"},
+           {"--protocol=markers --align=world --drift" + both,
+            "--drift: needs --align=both or --align=clock"},
        }) {
     ExpectRefused(flags, message);
   }

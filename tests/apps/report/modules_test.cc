@@ -107,5 +107,21 @@ TEST(PageModulesTest, ImportExactlyTheUsedNames) {
   }
 }
 
+// In the joined script the later of two functions of one name would replace the
+// earlier one.
+TEST(PageModulesTest, FunctionsHaveDifferentNames) {
+  Names seen;
+  for (const auto& entry :
+       fs::directory_iterator(testing::ProjectFile("apps/report/web"))) {
+    if (entry.path().extension() != ".js") continue;
+    for (const std::string& name :
+         Matches(ReadTextFile(entry.path().string()),
+                 "(?:^|\n)(?:export )?(?:function|class) (\\w+)")) {
+      EXPECT_TRUE(seen.insert(name).second) << name << " in " << entry.path();
+    }
+  }
+  EXPECT_GE(seen.size(), 55u);
+}
+
 }  // namespace
 }  // namespace kinegraph
