@@ -75,6 +75,9 @@ TEST(DetectorFiles, MmposeAsListWithMetaAndPerImage) {
   MakeFolder(folder.path() / "images/cam1");
   folder.Write("images/cam1/000012.json", "[" + Instance(26) + "]");
   ExpectHalpe(ReadDetections(folder.path() / "images"), 12);
+  folder.Write("objects/cam1/000012.json",
+               R"({"meta_info": {}, "instance_info": [)" + Instance(26) + "]}");
+  ExpectHalpe(ReadDetections(folder.path() / "objects"), 12);
 }
 
 TEST(DetectorFiles, MmposeErrorsNameTheEntry) {
