@@ -191,6 +191,22 @@ TEST(DetectorFiles, DeepLabCutWithSeveralAnimalsAndLabelledImages) {
   EXPECT_EQ(JointOf(recording, 0, 0, 1, 0).confidence, 1.0);
 }
 
+TEST(DetectorFiles, DeepLabCutIndividualsLackUniqueBodyparts) {
+  const std::string text =
+      "scorer,me,me,me,me,me,me\nindividuals,a,a,a,single,single,single\n"
+      "bodyparts,nose,nose,nose,ball,ball,ball\n"
+      "coords,x,y,likelihood,x,y,likelihood\n7,100,200,0.5,300,400,0.5\n";
+  const DetectionSequence recording = RecordingIn("cam1.csv", text);
+  EXPECT_THAT(recording.header.skeleton.joints(), ElementsAre("nose", "ball"));
+  ASSERT_EQ(recording.frames.at(0).views[0].detections.size(), 2u);
+  EXPECT_FALSE(JointOf(recording, 0, 0, 0, 1).found);
+  EXPECT_FALSE(JointOf(recording, 0, 0, 1, 0).found);
+  EXPECT_EQ(JointOf(recording, 0, 0, 1, 1).px, Eigen::Vector2d(300, 400));
+  ExpectFaults("cam2.csv",
+               {{WithReplaced(text, "likelihood,x,y", "likelihood,x,z"),
+                 "bodypart 'ball': expected the coords x and y"}});
+}
+
 TEST(DetectorFiles, DeepLabCutErrorsNameTheLine) {
   const std::string good = kDeepLabCut;
   ExpectFaults(
