@@ -23,6 +23,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/file_kind.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/gone_formats.h"
@@ -495,8 +496,9 @@ Conversion Convert(const ConversionOptions& options) {
   CheckFlags(flags, kind);
   const ConvertOptions read = ReadOptions(flags, kind);
   const size_t slash = flags.out.find_last_of('/');
+  std::optional<OutputFolder> folder;  // removed again after a failure
   if (slash != std::string::npos && slash > 0) {
-    MakeFolder(flags.out.substr(0, slash));
+    folder.emplace(flags.out.substr(0, slash));
   }
   Conversion conversion;
   LostFields* lost_fields = &conversion.lost_fields;

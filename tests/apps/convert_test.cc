@@ -270,6 +270,21 @@ TEST(Convert, AxesRotateTracksOfAnyFormat) {
   }
 }
 
+TEST(Convert, AFailureLeavesNoFolders) {
+  const TemporaryFolder folder;
+  const std::string lens = folder.Write(
+      "lens.json",
+      R"({"a": {"K": [500,0,320,0,500,240,0,0,1], "distCoeff": [0.1,0,0,0,0],
+                "RT": [1,0,0,0,0,1,0,0,0,0,1,3]}})");
+  const std::string made = folder.path() / "new";
+  const std::string to_out =
+      " --in=" + lens + " --out=" + made + "/deep/result";
+  EXPECT_THAT(Refused("--to=tum" + to_out), HasSubstr("has a lens"));
+  EXPECT_FALSE(fs::exists(made));
+  Converted("--to=pose2sim" + to_out);
+  EXPECT_TRUE(fs::exists(made + "/deep/result"));
+}
+
 // Examining a file to recognise it would consume the beginning of a pipe.
 TEST(Convert, ReadsTracksFromAPipe) {
   const TemporaryFolder folder;
