@@ -130,10 +130,11 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   // Examining a pipe would consume it.
   if (IsPipe(flags.in)) {
     if (both.size() == 1) return both.front();
-    throw InputError(flags.in, "",
-                     "cannot be recognised from a pipe, expected --from (one "
-                     "of " +
-                         TextOf(both) + ")");
+    throw InputError(
+        flags.in, "",
+        "cannot be recognised from a pipe, expected " +
+            (flags.from == "auto" ? "--from (one of " + TextOf(both) + ")"
+                                  : "a file"));
   }
   const FileKind kind = RecogniseKind(flags.in);
   if (Contains(both, kind)) return kind;

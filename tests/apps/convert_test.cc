@@ -270,6 +270,15 @@ TEST(Convert, AxesRotateTracksOfAnyFormat) {
   }
 }
 
+// Cameras, detections and tracks have a format of this name.
+TEST(Convert, KinegraphFromAPipeIsNotRecognised) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path() / "out";
+  EXPECT_THAT(
+      Refused("--from=kinegraph --to=kinegraph --in=/dev/null --out=" + out),
+      HasSubstr("cannot be recognised from a pipe, expected a file"));
+}
+
 TEST(Convert, AFailureLeavesNoFolders) {
   const TemporaryFolder folder;
   const std::string lens = folder.Write(
