@@ -21,6 +21,15 @@ bool EndsIn(std::string_view text, std::string_view end) {
          text.substr(text.size() - end.size()) == end;
 }
 
+bool EndsInAnyCase(std::string_view text, std::string_view end) {
+  const auto lower = [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  };
+  return text.size() > end.size() &&
+         std::equal(end.rbegin(), end.rend(), text.rbegin(),
+                    [&](char a, char b) { return lower(a) == lower(b); });
+}
+
 std::string Trimmed(const std::string& text) {
   constexpr const char* kBlank = " \t\r\n";
   const size_t begin = text.find_first_not_of(kBlank);

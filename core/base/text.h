@@ -18,6 +18,8 @@ std::vector<std::string> Split(const std::string& text, char separator);
 
 // Whether `text` ends in `end` and is longer than it.
 bool EndsIn(std::string_view text, std::string_view end);
+// The same for ASCII letters of either case: "WALK.TRC" ends in ".trc".
+bool EndsInAnyCase(std::string_view text, std::string_view end);
 
 // `text` without the blanks at its ends.
 std::string Trimmed(const std::string& text);

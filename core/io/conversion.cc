@@ -25,6 +25,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/file_kind.h"
+#include "core/io/files/atomic_file.h"
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
@@ -132,10 +133,11 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   // Examining a pipe would consume it.
   if (IsPipe(flags.in)) {
     if (both.size() == 1) return both.front();
-    throw InputError(flags.in, "",
-                     "cannot be recognised from a pipe, expected --from (one "
-                     "of " +
-                         TextOf(both) + ")");
+    throw InputError(
+        flags.in, "",
+        "cannot be recognised from a pipe, expected " +
+            (flags.from == "auto" ? "--from (one of " + TextOf(both) + ")"
+                                  : "a file"));
   }
   const FileKind kind = RecogniseKind(flags.in);
   if (Contains(both, kind)) return kind;
@@ -555,8 +557,9 @@ Conversion Convert(const ConversionOptions& options) {
   CheckFlags(flags, kind);
   const ConvertOptions read = ReadOptions(flags, kind);
   const size_t slash = flags.out.find_last_of('/');
+  std::optional<OutputFolder> folder;  // removed again after a failure
   if (slash != std::string::npos && slash > 0) {
-    MakeFolder(flags.out.substr(0, slash));
+    folder.emplace(flags.out.substr(0, slash));
   }
   Conversion conversion;
   LostFields* lost_fields = &conversion.lost_fields;

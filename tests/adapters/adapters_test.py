@@ -328,6 +328,27 @@ class Files(Adapters):
         samples.write_sleap(self.folder / "s/mid/second.analysis.h5", 0, True)
         self.assertIn("mid: contains 2 analyses", self.refused(self.folder / "s"))
 
+    def test_deeplabcut_individuals_lack_unique_bodyparts(self):
+        columns = samples.pd.MultiIndex.from_tuples(
+            [
+                ("net", who, part, coord)
+                for who, part in (("a", "nose"), ("single", "ball"))
+                for coord in ("x", "y", "likelihood")
+            ],
+            names=["scorer", "individuals", "bodyparts", "coords"],
+        )
+        values = np.array([[100, 200, 0.5, 300, 400, 0.25]])
+        table = samples.pd.DataFrame(values, columns=columns)
+        path = self.folder / "u.h5"
+        table.to_hdf(path, key="df_with_missing", format="table", mode="w")
+        self.assertEqual(
+            self.lines(path)[1]["views"]["u"],
+            [
+                {"joints": [[100, 200, 0.5], None]},
+                {"joints": [None, [300, 400, 0.25]]},
+            ],
+        )
+
     def test_pickled_column_names_are_not_executed(self):
         path = self.folder / "a.h5"
         samples.write_deeplabcut(path, 0, [None])

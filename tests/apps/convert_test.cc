@@ -299,6 +299,30 @@ TEST(Convert, AxesRotateTracksOfAnyFormat) {
   }
 }
 
+// Cameras, detections and tracks have a format of this name.
+TEST(Convert, KinegraphFromAPipeIsNotRecognised) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path() / "out";
+  EXPECT_THAT(
+      Refused("--from=kinegraph --to=kinegraph --in=/dev/null --out=" + out),
+      HasSubstr("cannot be recognised from a pipe, expected a file"));
+}
+
+TEST(Convert, AFailureLeavesNoFolders) {
+  const TemporaryFolder folder;
+  const std::string lens = folder.Write(
+      "lens.json",
+      R"({"a": {"K": [500,0,320,0,500,240,0,0,1], "distCoeff": [0.1,0,0,0,0],
+                "RT": [1,0,0,0,0,1,0,0,0,0,1,3]}})");
+  const std::string made = folder.path() / "new";
+  const std::string to_out =
+      " --in=" + lens + " --out=" + made + "/deep/result";
+  EXPECT_THAT(Refused("--to=tum" + to_out), HasSubstr("has a lens"));
+  EXPECT_FALSE(fs::exists(made));
+  Converted("--to=pose2sim" + to_out);
+  EXPECT_TRUE(fs::exists(made + "/deep/result"));
+}
+
 // Examining a file to recognise it would consume the beginning of a pipe.
 TEST(Convert, ReadsTracksFromAPipe) {
   const TemporaryFolder folder;

@@ -135,13 +135,20 @@ bool MayBeInput(const fs::path& file) {
 }
 
 // Notes the input files, so that they are not overwritten and changes to them
-// are detected. In a folder, a user's adapter may read any file.
-void NoteInputs(const std::string& path, bool is_own) {
-  const auto note = [](const std::string& file) {
+// are detected. In a folder, a user's adapter may read any file. Returns their
+// size in bytes.
+int64_t NoteInputs(const std::string& path, bool is_own) {
+  int64_t size = 0;
+  const auto note = [&size](const std::string& file) {
     const Descriptor opened(OpenToRead(file));
-    if (opened.get() >= 0) InputFiles::Note(opened.get(), file);
+    if (opened.get() < 0) return;
+    InputFiles::Note(opened.get(), file);
+    if (const auto status = StatusOf(opened.get())) size += status->size;
   };
-  if (!IsFolder(path)) return note(path);
+  if (!IsFolder(path)) {
+    note(path);
+    return size;
+  }
   constexpr int kDeepest = 2;  // depth of the sessions that adapters read
   std::error_code error;
   for (fs::recursive_directory_iterator at(path, error), end; at != end;
@@ -152,6 +159,7 @@ void NoteInputs(const std::string& path, bool is_own) {
     if (!at->is_regular_file(none)) continue;
     if (!is_own || MayBeInput(at->path())) note(at->path().string());
   }
+  return size;
 }
 
 std::optional<AdapterKind> ParseKind(const std::string& word) {
@@ -300,13 +308,14 @@ class AdapterRun::Impl {
     if (errors_ == nullptr) {
       throw InputError(path_, "", "no temporary file can be made to read it");
     }
-    const auto status = StatusOf(path_);
-    if (!status.has_value()) throw InputError(path_, "", "cannot be read");
-    NoteInputs(path_, is_own_);
+    if (!StatusOf(path_).has_value()) {
+      throw InputError(path_, "", "cannot be read");
+    }
+    const int64_t size = NoteInputs(path_, is_own_);
     if (silence_ms_ < 0) {
       constexpr int64_t kMost_s = 3600;
-      silence_ms_ = kSilence_ms + 1000 * static_cast<int>(std::min(
-                                             status->size >> 20, kMost_s));
+      silence_ms_ =
+          kSilence_ms + 1000 * static_cast<int>(std::min(size >> 20, kMost_s));
     }
     std::vector<std::string> words = adapter.command;
     words.insert(words.end(), options.begin(), options.end());

@@ -120,7 +120,7 @@ void WriteCoco(const std::string& path, const DetectionWriteOptions&,
 // "keypoint_scores": [s, ...]}]}], or the same list as "instance_info" of an
 // object, whose "meta_info" specifies the joints (keypoint_id2name), bones
 // (skeleton_links) and the skeleton's name (dataset_name). With one folder per
-// view and one file per image, each file is a list of instances.
+// view and one file per image, each file has a list of instances instead.
 
 namespace {
 
@@ -186,6 +186,7 @@ void AddInstances(const JsonArray& instances, int64_t frame, size_t view_idx,
   }
 }
 
+// The frames, or of a file of one image, the instances.
 JsonArray FramesOf(JsonValue root) {
   if (!root.is_object()) return AsArray(root, kOutermost);
   return AsArray(Required(AsObject(root, kOutermost), "instance_info"),
@@ -203,8 +204,9 @@ void ReadMmposeView(const std::string& path, size_t view_idx,
       const JsonValue root = parser.Parse(image);
       const std::string file = std::filesystem::path(image).filename().string();
       Located(image, [&] {
-        AddInstances(AsArray(root, kOutermost), FrameOfName(file), view_idx,
-                     options, collector);
+        SettleMmposeSkeleton(root, collector);
+        AddInstances(FramesOf(root), FrameOfName(file), view_idx, options,
+                     collector);
       });
     }
     return;

@@ -254,9 +254,10 @@ bool RecogniseOpenpose(const DetectionHead& head) {
   if (!head.is_folder) return false;
   if (head.HasKey("people")) return true;
   // Folders of views, possibly without files yet. If the first data file is no
-  // JSON object, this is another format, such as a folder per detector of
-  // DeepLabCut.
-  return head.has_folders && (head.kind == '{' || head.kind == '\0');
+  // JSON object, or MMPose's, this is another format, such as a folder per
+  // detector of DeepLabCut.
+  return head.has_folders && !head.HasKey("instance_info") &&
+         (head.kind == '{' || head.kind == '\0');
 }
 
 std::unique_ptr<DetectionSource> OpenOpenpose(

@@ -4,12 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <utility>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/data/box.h"
 #include "core/data/limits.h"
 #include "core/io/detections/format.h"
@@ -188,10 +188,9 @@ struct Mirror {
 };
 
 Mirror MirrorOf(const std::string& key, const std::string& text) {
-  char* end = nullptr;
-  const std::string number = text.empty() ? "" : text.substr(1);
-  const double sum_px = std::strtod(number.c_str(), &end);
-  if (number.empty() || *end != '\0' || (text[0] != 'x' && text[0] != 'y') ||
+  const double sum_px =
+      ParseNumber<double>(text.empty() ? "" : text.substr(1)).value_or(0.0);
+  if (text.empty() || (text[0] != 'x' && text[0] != 'y') ||
       !(sum_px > 0.0 && sum_px <= kLargestImagePx)) {
     throw OptionError(
         key, fmt::format("found '{}', expected x or y and the width or height "

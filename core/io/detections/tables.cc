@@ -46,6 +46,10 @@ std::vector<Keypoint> ReadKeypointRow(
   std::vector<Keypoint> joints;
   joints.reserve(columns.size());
   for (size_t j = 0; j < columns.size(); ++j) {
+    if (columns[j].x < 0) {
+      joints.emplace_back();  // this person has no such joint
+      continue;
+    }
     const auto at = [&](int column) {
       return Located(labels[j], [&] {
         return NumberOfCell(cells[static_cast<size_t>(column)])
@@ -123,9 +127,12 @@ DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
   for (std::vector<KeypointColumns>& joints : columns.people) {
     joints.resize(columns.labels.size());
     for (size_t j = 0; j < joints.size(); ++j) {
-      if (joints[j].x >= 0 && joints[j].y >= 0) continue;
+      const bool has_x = joints[j].x >= 0;
+      // Individuals lack the unique bodyparts, which belong to "single".
+      const bool may_lack = !individuals.empty() && joints[j].confidence < 0;
+      if (has_x == (joints[j].y >= 0) && (has_x || may_lack)) continue;
       throw InputError("bodypart '" + Printable(columns.labels[j]) +
-                       "': expected the coords x and y of every individual");
+                       "': expected the coords x and y");
     }
   }
   return columns;

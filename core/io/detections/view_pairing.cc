@@ -161,6 +161,9 @@ class Pairing {
   // Throws InputError with the reason why no rule fits.
   void Fail(const std::vector<size_t>& views) const {
     const bool may_be_left = unpaired_ == UnpairedViews::kLeaveOut;
+    if (cameras_.empty() && !may_be_left) {
+      throw InputError("there are no cameras for the views " + Listed(views_));
+    }
     std::vector<int> claimed = owner_;
     for (const size_t v : views) {
       if (result_.camera_of_view[v] != kNone) continue;

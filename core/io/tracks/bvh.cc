@@ -205,12 +205,31 @@ struct Motion {
   double rate_hz = 0.0;
 };
 
+// The frame rate [Hz] of a period in a file. It is whole if the whole rate's
+// period, rounded to the digits of the text, is the same: 0.0333 s is 30 Hz.
+double RateOf(double step_s, std::string_view text) {
+  const double whole = std::round(1.0 / step_s);
+  const size_t point = text.find('.');
+  if (point == std::string_view::npos ||
+      text.find_first_of("eE") != std::string_view::npos) {
+    return 1.0 / step_s;
+  }
+  const auto digits = static_cast<double>(text.size() - point - 1);
+  const double rounding_s = 0.5 * std::pow(10.0, -digits);
+  // Fewer digits may mean many rates.
+  const bool is_precise = rounding_s < 0.01 * step_s;
+  return is_precise && std::abs(1.0 / whole - step_s) <= rounding_s
+             ? whole
+             : 1.0 / step_s;
+}
+
 Motion ReadMotion(Words* words) {
   constexpr double kMostBvhFrames = 1e7;
   words->Expect("Frames:");
   const double frames = words->Number("a number of frames");
   words->Expect("Frame");
   words->Expect("Time:");
+  const std::string_view text = Words(*words).Next();
   const double step_s = words->Number("seconds");
   if (!(frames >= 0.0 && frames <= kMostBvhFrames)) {
     throw InputError("Frames: expected 0 .. 10000000");
@@ -218,7 +237,7 @@ Motion ReadMotion(Words* words) {
   if (!(step_s >= 1e-6 && step_s <= 1e6)) {
     throw InputError("Frame Time: expected 1e-6 .. 1e6 s");
   }
-  return {static_cast<int64_t>(frames), 1.0 / step_s};
+  return {static_cast<int64_t>(frames), RateOf(step_s, text)};
 }
 
 // The nearest whole rate [Hz] if the difference may be due to a rounded period:

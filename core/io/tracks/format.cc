@@ -245,7 +245,7 @@ const TrackFormat* FindTrackFormat(const std::string& name) {
 const TrackFormat* TrackFormatOfExtension(const std::string& path) {
   for (const TrackFormat& format : TrackFormats()) {
     for (const std::string& extension : format.extensions) {
-      if (EndsIn(path, extension)) return &format;
+      if (EndsInAnyCase(path, extension)) return &format;
     }
   }
   return nullptr;
@@ -273,7 +273,7 @@ std::vector<std::string> TrackHead::FirstRow() const {
 
 bool TrackHead::HasFile(const std::string& extension) const {
   return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
-    return EndsIn(name, extension);
+    return EndsInAnyCase(name, extension);
   });
 }
 

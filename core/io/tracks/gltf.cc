@@ -473,7 +473,8 @@ void WriteGltfTracks(const std::string& path, const TrackSequence& tracks,
                      LostFields* lost_fields) {
   const Scene scene(tracks, options);
   AtomicFile file(path);
-  EndsIn(path, ".glb") ? WriteBinary(scene, &file) : WriteText(scene, &file);
+  EndsInAnyCase(path, ".glb") ? WriteBinary(scene, &file)
+                              : WriteText(scene, &file);
   file.Commit();
   scene.NoteLostFields(lost_fields);
 }

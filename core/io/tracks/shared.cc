@@ -39,7 +39,7 @@ std::vector<std::string> FilesOf(const std::string& path,
   if (!IsFolder(path)) return {path};
   std::vector<std::string> files;
   for (const std::string& name : ListFolder(path)) {
-    if (name.front() != '.' && fs::path(name).extension() == extension) {
+    if (name.front() != '.' && EndsInAnyCase(name, extension)) {
       files.push_back(path + "/" + name);
     }
   }
@@ -271,7 +271,7 @@ void WritePersonFiles(const std::string& path, const std::string& extension,
                       const std::function<void(const std::string& file,
                                                TrackId id)>& write_file) {
   const std::vector<int64_t> ids = RequirePeople(tracks);
-  if (EndsIn(path, extension)) {
+  if (EndsInAnyCase(path, extension)) {
     if (ids.size() > 1) {
       Refuse("a {} file contains one person, but the tracks have {}", extension,
              ids.size());

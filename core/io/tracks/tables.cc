@@ -440,6 +440,11 @@ void WriteCsvTracks(const std::string& path, const TrackSequence& tracks,
   const TrackContents contents = ContentsOf(tracks);
   CsvWriter(tracks, contents, options.names).Write(path);
   lost_fields->push_back("bones, frame rate and configuration are not kept");
+  if (IdsOf(tracks).empty()) {
+    lost_fields->push_back(
+        "the tracks contain no people: the table names no joints and cannot be "
+        "read back");
+  }
   NoteLosses(contents,
              {Loss::kUnknownClock, Loss::kMatches, Loss::kEmptyFrames},
              lost_fields);

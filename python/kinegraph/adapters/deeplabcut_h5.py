@@ -48,6 +48,10 @@ def column_names(sets):
     return names
 
 
+# Columns for what a table lacks: NaN as a position, 1 as a likelihood.
+DEFAULTS = {"x": -2, "y": -2, "likelihood": -1}
+
+
 def places_of(sets, names):
     """Labels, and for each individual the columns of x, y and likelihood per label."""
     labels, people = {}, {}
@@ -58,15 +62,17 @@ def places_of(sets, names):
     if not people:
         sets.fail(TABLE, "expected columns x and y")
     places = []
-    for person in people.values():
+    for name, person in people.items():
         for label in labels:
-            if not {"x", "y"} <= person.get(label, {}).keys():
-                sets.fail(
-                    TABLE,
-                    f"bodypart '{label}': expected the coords x and y of every individual",
-                )
+            # Individuals lack the unique bodyparts, which belong to "single".
+            may_lack = name and label not in person
+            if not may_lack and not {"x", "y"} <= person.get(label, {}).keys():
+                sets.fail(TABLE, f"bodypart '{label}': expected the coords x and y")
         places.append(
-            [[person[label].get(c, -1) for c in ("x", "y", "likelihood")] for label in labels]
+            [
+                [person.get(label, {}).get(c, lacks) for c, lacks in DEFAULTS.items()]
+                for label in labels
+            ]
         )
     return list(labels), places
 
@@ -107,8 +113,8 @@ def read(path, options):
         if not ((frames >= 0) & (frames <= MAX_FRAME)).all():
             sets.fail(TABLE, "found a frame below 0 or too large")
         order = np.argsort(frames, kind="stable").tolist()
-    # Index -1, a missing likelihood, selects a column of ones.
-    values = np.concatenate([values, np.ones((len(rows), 1))], axis=1)
+    nothing, ones = np.full((len(rows), 1), np.nan), np.ones((len(rows), 1))
+    values = np.concatenate([values, nothing, ones], axis=1)
     points = values[:, np.array(places, dtype=int)]  # [frame, individual, label, 3]
     view = path.stem
     yield header([view], {"joints": labels}, frames=len(rows))

@@ -51,6 +51,13 @@ TEST_F(AdapterTest, TimeoutEndsTheProgram) {
   // minutes.
 }
 
+TEST_F(AdapterTest, PatienceFollowsTheSizeOfASession) {
+  const std::string file = folder_.Write("session/cam1/a.h5", "");
+  fs::resize_file(file, uintmax_t{5} << 20);
+  const AdapterRun run(Shell("exit 0"), (folder_.path() / "session").string());
+  EXPECT_EQ(run.silence_ms(), 65'000);
+}
+
 TEST_F(AdapterTest, HangingAdapterGivesReaderError) {
   const Adapter hangs = Shell("echo begun; sleep 600");
   AdapterRun run(hangs, path_, {}, /*silence_ms=*/100);

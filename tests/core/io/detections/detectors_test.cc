@@ -75,6 +75,9 @@ TEST(DetectorFiles, MmposeAsListWithMetaAndPerImage) {
   MakeFolder(folder.path() / "images/cam1");
   folder.Write("images/cam1/000012.json", "[" + Instance(26) + "]");
   ExpectHalpe(ReadDetections(folder.path() / "images"), 12);
+  folder.Write("objects/cam1/000012.json",
+               R"({"meta_info": {}, "instance_info": [)" + Instance(26) + "]}");
+  ExpectHalpe(ReadDetections(folder.path() / "objects"), 12);
 }
 
 TEST(DetectorFiles, MmposeErrorsNameTheEntry) {
@@ -186,6 +189,22 @@ TEST(DetectorFiles, DeepLabCutWithSeveralAnimalsAndLabelledImages) {
   ASSERT_EQ(recording.frames[0].views[0].detections.size(), 2u);
   EXPECT_EQ(JointOf(recording, 0, 0, 1, 0).px, Eigen::Vector2d(3, 4));
   EXPECT_EQ(JointOf(recording, 0, 0, 1, 0).confidence, 1.0);
+}
+
+TEST(DetectorFiles, DeepLabCutIndividualsLackUniqueBodyparts) {
+  const std::string text =
+      "scorer,me,me,me,me,me,me\nindividuals,a,a,a,single,single,single\n"
+      "bodyparts,nose,nose,nose,ball,ball,ball\n"
+      "coords,x,y,likelihood,x,y,likelihood\n7,100,200,0.5,300,400,0.5\n";
+  const DetectionSequence recording = RecordingIn("cam1.csv", text);
+  EXPECT_THAT(recording.header.skeleton.joints(), ElementsAre("nose", "ball"));
+  ASSERT_EQ(recording.frames.at(0).views[0].detections.size(), 2u);
+  EXPECT_FALSE(JointOf(recording, 0, 0, 0, 1).found);
+  EXPECT_FALSE(JointOf(recording, 0, 0, 1, 0).found);
+  EXPECT_EQ(JointOf(recording, 0, 0, 1, 1).px, Eigen::Vector2d(300, 400));
+  ExpectFaults("cam2.csv",
+               {{WithReplaced(text, "likelihood,x,y", "likelihood,x,z"),
+                 "bodypart 'ball': expected the coords x and y"}});
 }
 
 TEST(DetectorFiles, DeepLabCutErrorsNameTheLine) {

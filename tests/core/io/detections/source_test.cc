@@ -582,7 +582,8 @@ TEST(Source, MirroredViewsAreMirroredBack) {
                 .joints[0]
                 .px,
             Eigen::Vector2d(1269.0, 20.0));
-  for (const char* bad : {"", "x", "719", "z719", "y-1", "y1e9", "y7x"}) {
+  for (const char* bad :
+       {"", "x", "719", "z719", "y-1", "y1e9", "y7x", "x0x4ff", "x 1279"}) {
     options.mirror_px = {{"b", bad}};
     EXPECT_THROW(ReadDetections(path, options), OptionError) << bad;
   }

@@ -139,6 +139,7 @@ TEST(ViewPairing, RefusesAmbiguousPairs) {
        {"1", "2", "3"},
        {},
        "view 'cam_4' has no camera"},
+      {{"a", "b"}, {}, {}, "there are no cameras for the views 'a', 'b'"},
       {{"a"}, {"a"}, {{"c", "a"}}, "view 'c'"},
       {{"a"}, {"a"}, {{"a", "z"}}, "camera 'z'"},
   };

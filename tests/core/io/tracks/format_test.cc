@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <set>
 #include <string>
 
 #include "core/base/error.h"
 #include "core/io/file_kind.h"
+#include "core/io/files/text_file.h"
 #include "core/io/tracks/writer.h"
 #include "tests/core/io/tracks/recordings.h"
 #include "tests/support/opensim_trc.h"
@@ -41,6 +43,21 @@ TEST(TrackFormats, NamesAndExtensionsAreUnique) {
   }
   EXPECT_EQ(FindTrackFormat("auto"), nullptr);
   EXPECT_EQ(TrackFormatOfExtension("csv"), nullptr);
+}
+
+// Programs on Windows may write .TRC.
+TEST(TrackFormats, ExtensionsMayBeCapitals) {
+  EXPECT_EQ(TrackFormatOfExtension("a/TAKE.GLB"), FindTrackFormat("gltf"));
+  const TemporaryFolder folder;
+  const TrackSequence tracks = testing::RandomTracks(Coco17());
+  const std::string path = folder.path() / "people";
+  WriteAs("trc", path, tracks);
+  for (const std::string& name : ListFolder(path)) {
+    const std::string stem = name.substr(0, name.size() - 4);
+    std::filesystem::rename(path + "/" + name, path + "/" + stem + ".TRC");
+  }
+  EXPECT_EQ(RecogniseKind(path), FileKind::kTracks);
+  EXPECT_EQ(ReadTracks(path).frames.size(), tracks.frames.size());
 }
 
 // Recognition does not depend on the order of the registry.

@@ -466,6 +466,15 @@ TEST(TrackExport, CsvQuotesJointNames) {
             "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
 }
 
+TEST(TrackExport, CsvNotesThatNoPeopleCannotBeRead) {
+  TrackSequence tracks = RandomTracks(Coco17());
+  for (TrackFrame& frame : tracks.frames) frame.people.clear();
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "tracks.csv";
+  EXPECT_THAT(WriteAs("csv", path, tracks),
+              Contains(HasSubstr("cannot be read back")));
+}
+
 TEST(TrackExport, TrcAxesKeepLeftAndRight) {
   const Eigen::Vector3d world(1.0, 2.0, 3.0);
   EXPECT_EQ(AxisMap().Apply(world), Eigen::Vector3d(2, 3, 1));

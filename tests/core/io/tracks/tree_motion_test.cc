@@ -485,6 +485,10 @@ TEST(TracksBvh, RatesFromRoundedFrameTimes) {
   EXPECT_EQ(rate_of("0.0333333"), 30.0);
   EXPECT_EQ(rate_of("0.033333"), 30.0);
   EXPECT_EQ(rate_of("0.00833"), 120.0);
+  EXPECT_EQ(rate_of("0.0333"), 30.0);
+  EXPECT_EQ(rate_of("0.0083"), 120.0);
+  EXPECT_NEAR(rate_of("0.03"), 1.0 / 0.03, 1e-9) << "29 .. 40 Hz";
+  EXPECT_NEAR(rate_of("0.0334"), 1.0 / 0.0334, 1e-9);
   EXPECT_NEAR(rate_of("0.03336666666666667"), 30000.0 / 1001.0, 1e-9);
   EXPECT_NEAR(rate_of("0.016683333333333335"), 60000.0 / 1001.0, 1e-9);
 }
