@@ -1,7 +1,10 @@
 #include "solvers/session/ready_recording.h"
 
 #include <algorithm>
+#include <map>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 #include "solvers/cameras/segments.h"
@@ -52,6 +55,48 @@ DetectionSequence Clocked(const RunScene& scene, const RefinementRecord& record,
     }
   }
   return WithClocks(detections, changes);
+}
+
+// Whether parameters of cameras, not only of clocks, were estimated.
+bool EstimatesCameras(const Refinement& refinement) {
+  for (const std::vector<int>& places : refinement.places) {
+    for (const int place : places) {
+      if (place != kOffsetAt && place != kDriftAt) return true;
+    }
+  }
+  return false;
+}
+
+// Adds the uncertainty of `recorded` to `record`, for parameters of its cameras
+// that it does not contain; the two are independent.
+void AddUncertainty(const RefinementRecord& recorded,
+                    RefinementRecord* record) {
+  if (recorded.covariance.rows() == 0) return;
+  const Eigen::Index own = record->covariance.rows();
+  const Eigen::Index added = recorded.covariance.rows();
+  Eigen::MatrixXd both = Eigen::MatrixXd::Zero(own + added, own + added);
+  both.topLeftCorner(own, own) = record->covariance;
+  both.bottomRightCorner(added, added) = recorded.covariance;
+  std::map<std::pair<std::string, int>, Eigen::Index> row_of;
+  Eigen::Index at = 0;
+  for (const RefinementRecord* one : {&std::as_const(*record), &recorded}) {
+    for (const RefinementRecord::Camera& camera : one->cameras) {
+      for (const int place : camera.places) {
+        row_of.try_emplace({camera.name, place}, at++);
+      }
+    }
+  }
+  std::vector<Eigen::Index> rows;
+  for (RefinementRecord::Camera& camera : record->cameras) {
+    camera.places.clear();
+    for (int place = 0; place < kChangeSize; ++place) {
+      const auto row = row_of.find({camera.name, place});
+      if (row == row_of.end()) continue;
+      camera.places.push_back(place);
+      rows.push_back(row->second);
+    }
+  }
+  record->covariance = Eigen::MatrixXd(both(rows, rows));
 }
 
 // `cameras`, each replaced by the camera of the same name in `others`, if any.
@@ -199,6 +244,10 @@ ReadyRecording MakeRecordingReady(
   if (!ready.detections.has_value()) own = read();
   if (options.refine.any()) {
     ready = RefineRecording(options, request, own);
+    // Cameras that are unchanged are as uncertain as before.
+    if (recorded.has_value() && !EstimatesCameras(*ready.refinement)) {
+      AddUncertainty(*recorded, &*ready.record);
+    }
   }
   if (options.refine.ground == GroundKind::kOff) return ready;
   // The ground is estimated from one more run over the recording, with the

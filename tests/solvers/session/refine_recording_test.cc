@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "apps/common/recording_output.h"
 #include "core/base/error.h"
@@ -157,6 +159,48 @@ TEST(RefineRecording, ClocksAreFoundAtLowFrameRates) {
     EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
                 0.03);
   }
+}
+
+// As calibrate --in_step writes it, with views that share their clocks.
+TEST(RefineRecording, UnchangedCamerasKeepTheirRecordedUncertainty) {
+  RefinementRecord recorded;
+  FaultySceneOptions options = {23, 5, 4, 6.0};
+  const FaultyScene scene = MakeFaultyScene(options);
+  for (const Camera& camera : scene.cameras) {
+    recorded.cameras.push_back(
+        {camera.name(),
+         0.0,
+         0.0,
+         {kRotationAt, kCentreAt, kCentreAt + 1, kCentreAt + 2}});
+  }
+  recorded.covariance = Eigen::MatrixXd::Constant(20, 20, 1e-7);
+  for (int i = 0; i < 20; ++i) recorded.covariance(i, i) += 1e-6 * (i + 1);
+  const auto ready = [&](const FaultyScene& of, const std::string& keys) {
+    RunRequest request;
+    request.cameras = of.cameras;
+    return MakeRecordingReady(OptionsWith(keys), request, recorded,
+                              [&] { return of.detections; });
+  };
+  const ReadyRecording rejected = ready(scene, "cameras.refine=shift");
+  ASSERT_FALSE(rejected.refinement->any_taken());
+  EXPECT_EQ(rejected.record->covariance, recorded.covariance);
+  options.clock_offset_s = {0.0, 0.06, 0.0, -0.06, 0.0};
+  const ReadyRecording clocks =
+      ready(MakeFaultyScene(options), "cameras.refine_clock=true");
+  ASSERT_TRUE(clocks.refinement->any_taken());
+  Eigen::Index at = 0;
+  for (size_t v = 0; v < recorded.cameras.size(); ++v) {
+    const std::vector<int>& places = clocks.record->cameras[v].places;
+    const auto centre = std::find(places.begin(), places.end(), kCentreAt);
+    ASSERT_NE(centre, places.end());
+    const Eigen::Index row = at + (centre - places.begin());
+    const auto before = static_cast<Eigen::Index>(4 * v + 1);
+    EXPECT_EQ(clocks.record->covariance(row, row),
+              recorded.covariance(before, before));
+    at += static_cast<Eigen::Index>(places.size());
+  }
+  EXPECT_EQ(clocks.record->covariance.rows(), at);
+  EXPECT_GT(at, 20);  // with the clocks
 }
 
 TEST(RefineRecording, OtherCalibrationsHaveNoRecord) {
