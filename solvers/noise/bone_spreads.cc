@@ -255,6 +255,13 @@ int MirrorOf(const Skeleton& skeleton, const std::vector<Bone>& bones,
   return mirror;
 }
 
+// nullopt for animals, whose joints may have the names of human ones.
+std::optional<double> PopulationLengthIn(const Skeleton& skeleton,
+                                         const Bone& bone) {
+  if (!IsHuman(skeleton)) return std::nullopt;
+  return PopulationLength(skeleton.joints()[bone.a], skeleton.joints()[bone.b]);
+}
+
 }  // namespace
 
 BoneSpreads::BoneSpreads(const Skeleton& skeleton)
@@ -263,8 +270,7 @@ BoneSpreads::BoneSpreads(const Skeleton& skeleton)
       summaries_(bones_.size()) {
   for (size_t i = 0; i < bones_.size(); ++i) {
     mirror_.push_back(MirrorOf(skeleton, bones_, i, bones_.size()));
-    population_m_.push_back(PopulationLength(skeleton.joints()[bones_[i].a],
-                                             skeleton.joints()[bones_[i].b]));
+    population_m_.push_back(PopulationLengthIn(skeleton, bones_[i]));
   }
 }
 
@@ -442,14 +448,10 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
 
 BoneLengths::BoneLengths(const Skeleton& skeleton)
     : bones_(RigidPairs(skeleton)) {
-  const bool is_human = IsHuman(skeleton);
   for (size_t i = 0; i < bones_.size(); ++i) {
     const int earlier = MirrorOf(skeleton, bones_, i, i);
     counted_as_.push_back(earlier < 0 ? i : counted_as_[earlier]);
-    population_m_.push_back(
-        is_human ? PopulationLength(skeleton.joints()[bones_[i].a],
-                                    skeleton.joints()[bones_[i].b])
-                 : std::nullopt);
+    population_m_.push_back(PopulationLengthIn(skeleton, bones_[i]));
   }
   seen_.resize(bones_.size());
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "core/base/random.h"
@@ -16,7 +17,8 @@ using Eigen::Vector3d;
 constexpr double kLength = 0.42;  // m
 
 Skeleton Legs() {
-  return Skeleton("legs", {"l_knee", "l_ankle", "r_knee", "r_ankle"},
+  return Skeleton("legs",
+                  {"l_knee", "l_ankle", "r_knee", "r_ankle", "l_hip", "r_hip"},
                   {{0, 1}, {2, 3}});
 }
 
@@ -269,6 +271,13 @@ TEST(BoneSpreads, PopulationPriorWithoutObservations) {
   EXPECT_DOUBLE_EQ(estimate.length_m, 0.246 * 1.70);
   EXPECT_NEAR(estimate.length_sigma_m, 0.15 * 0.246 * 1.70, 1e-12);
   EXPECT_EQ(estimate.looks, 0);
+}
+
+TEST(BoneSpreads, AnimalsHaveNoPopulationPrior) {
+  std::vector<std::string> joints = Legs().joints();
+  joints.emplace_back("tail_base");
+  const BoneSpreads spreads(Skeleton("animal", joints, Legs().bones()));
+  EXPECT_FALSE(spreads.Estimate(0).has_value());
 }
 
 TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
