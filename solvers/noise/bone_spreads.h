@@ -170,7 +170,8 @@ class BoneLengths {
 
  private:
   static constexpr double kBin = 0.002;  // m
-  static constexpr int kBinCount = 750;  // up to 1.5 m
+  // Up to 4 m: a subject of two joints is scaled to 1.7 m.
+  static constexpr int kBinCount = 2000;
 
   // Distances of a bone and the same bone on the other side.
   struct Seen {

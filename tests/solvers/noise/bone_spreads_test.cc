@@ -292,6 +292,14 @@ TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
   EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
 }
 
+// As long as a two-joint subject in the scale of a run.
+TEST(BoneLengths, LongBoneIsKnown) {
+  BoneLengths lengths(Skeleton("wand", {"top", "grip"}, {{0, 1}}));
+  lengths.Add(0, 1.7, 2.0);
+  ASSERT_TRUE(lengths.Length(0).has_value());
+  EXPECT_NEAR(*lengths.Length(0), 1.7, 0.002);
+}
+
 TEST(BoneSpreads, BoneWithLargeSpreadIsNotUsed) {
   EXPECT_TRUE(EstimateFrom(BoneSimulator(8), 500, 0.12).gives_way);
 }
