@@ -181,7 +181,7 @@ std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
   // tested. A step that a drift explains nearly as well is rejected.
   constexpr double kSigmas = 6.0;
   constexpr double kLeastGain = 25.0;
-  const double frame_s = 1.0 / std::max(1.0, set_up.input.frame_rate_hz);
+  const double frame_s = 1.0 / std::max(1.0, set_up.rate_hz);
   const auto bins_of = [&](const SceneSegments& segments) {
     return OffsetBins(set_up.cameras, segments, set_up.options.bundle.segments);
   };
@@ -239,7 +239,8 @@ int64_t IndexAfter(const std::vector<DetectionFrame>& frames, double at_s) {
 }
 
 Finding FindingOf(const ClockJump& jump, const std::string& camera,
-                  int64_t frame, double before_px, double after_px) {
+                  int64_t frame, int64_t number_step, double before_px,
+                  double after_px) {
   const int count = std::abs(jump.missing);
   const bool lost = jump.missing > 0;
   return {"frames",
@@ -249,7 +250,7 @@ Finding FindingOf(const ClockJump& jump, const std::string& camera,
           after_px,
           lost ? fmt::format("from about frame {} on, increase the frame "
                              "numbers of its files by {}",
-                             frame, count)
+                             frame, count * number_step)
                : fmt::format("remove {} images before about frame {}", count,
                              frame),
           fmt::format("{} images are {} before about frame {}: its clock jumps "
@@ -476,8 +477,7 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   // The number of lost images is the integer near the estimate that fits best.
   // The estimate tends to be too large, because velocities are estimated
   // together with it.
-  const int fewer =
-      static_cast<int>(std::floor(jump->jump_s * set_up.input.frame_rate_hz));
+  const int fewer = static_cast<int>(std::floor(jump->jump_s * set_up.rate_hz));
   Answer answer;
   double after_px = (1.0 - FitGain::kLeastShare) * before_px;
   for (const int missing : {fewer, fewer + 1}) {
@@ -492,8 +492,8 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
     after_px = px;
     const auto last = static_cast<int64_t>(frames.size()) - 1;
     answer.findings = {FindingOf(whole, set_up.CameraName(jump->view),
-                                 frames[std::min(from, last)].frame, before_px,
-                                 after_px)};
+                                 frames[std::min(from, last)].frame,
+                                 set_up.number_step, before_px, after_px)};
     answer.detections = std::move(moved.detections);
     answer.segments = std::move(moved.segments);
   }

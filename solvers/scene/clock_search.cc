@@ -251,6 +251,62 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   return search;
 }
 
+int64_t UsualStep(const std::vector<DetectionFrame>& frames) {
+  constexpr double kLeastShare = 0.9;
+  std::vector<int64_t> steps;
+  for (size_t k = 1; k < frames.size(); ++k) {
+    steps.push_back(frames[k].frame - frames[k - 1].frame);
+  }
+  if (steps.empty()) return 1;
+  const auto middle =
+      steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  const int64_t usual = std::max<int64_t>(1, *middle);
+  const auto multiples =
+      std::count_if(steps.begin(), steps.end(),
+                    [&](int64_t step) { return step % usual == 0; });
+  return static_cast<double>(multiples) >=
+                 kLeastShare * static_cast<double>(steps.size())
+             ? usual
+             : 1;
+}
+
+DetectionSequence OnGrid(const DetectionSequence& detections, int64_t step,
+                         int64_t longest) {
+  const std::vector<DetectionFrame>& frames = detections.frames;
+  const auto steps_to = [&](size_t k) {
+    return static_cast<int64_t>(std::llround(
+        static_cast<double>(frames[k].frame - frames[k - 1].frame) /
+        static_cast<double>(step)));
+  };
+  int64_t gaps = 0;
+  for (size_t k = 1; k < frames.size(); ++k) gaps += steps_to(k) > 1 ? 1 : 0;
+  if (gaps == 0) return detections;
+  // At most ten empty frames per recorded frame.
+  longest = std::min(longest, 5 * static_cast<int64_t>(frames.size()) / gaps);
+  DetectionSequence grid;
+  grid.header = detections.header;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    const int64_t steps = k > 0 ? steps_to(k) : 0;
+    for (int64_t i = 1; i < steps; ++i) {
+      if (i > longest) i = std::max(i, steps - longest);
+      if (i >= steps) break;
+      const DetectionFrame& before = frames[k - 1];
+      DetectionFrame empty;
+      empty.frame = before.frame + i * step;
+      empty.time = before.time +
+                   static_cast<TimeNs>(
+                       static_cast<double>(frames[k].time - before.time) *
+                       static_cast<double>(i) / static_cast<double>(steps));
+      empty.views.resize(frames[k].views.size());
+      for (ViewDetections& view : empty.views) view.capture_time = empty.time;
+      grid.frames.push_back(std::move(empty));
+    }
+    grid.frames.push_back(frames[k]);
+  }
+  return grid;
+}
+
 DetectionSequence Realigned(const DetectionSequence& detections,
                             const std::vector<int>& lag_frames) {
   return FramesMoved(

@@ -21,8 +21,20 @@ struct ClockSearch {
   bool found() const;
 };
 
-// Searches lags of up to `max_lag` frames and a third of the recording. `ideal`
-// holds ideal pixels of the cameras.
+// The usual step between frame numbers: n if a detector ran on every n-th
+// frame; 1 if the steps are not multiples of their median.
+int64_t UsualStep(const std::vector<DetectionFrame>& frames);
+
+// The detections with an empty frame at every missing multiple of `step` after
+// a frame, so that a lag in frames is a lag in time. Gaps too long for lags of
+// up to `longest` frames to reach across, or too many to be filled, are
+// shortened.
+DetectionSequence OnGrid(const DetectionSequence& detections, int64_t step,
+                         int64_t longest);
+
+// Searches lags of up to `max_lag` frames and a third of the recording, whose
+// frames must be evenly spaced (OnGrid). `ideal` holds ideal pixels of the
+// cameras.
 ClockSearch SearchClocks(const CameraRig& cameras,
                          const std::vector<ViewPeople>& ideal, int max_lag);
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/plausible.h"
 
@@ -45,7 +46,13 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
     : input(the_input),
       options(the_options),
       cameras(input.cameras),
-      detections(WithUsualConfidences(input.detections)) {}
+      detections(WithUsualConfidences(input.detections)),
+      rate_hz(input.frame_rate_hz) {
+  if (input.independent_frames) return;
+  number_step = UsualStep(detections.frames);
+  rate_hz /= static_cast<double>(number_step);
+  detections = OnGrid(detections, number_step, LongestLag());
+}
 
 void SetUp::Look() {
   // Approximate number of comparisons of each pair of views, which bounds the
@@ -82,7 +89,7 @@ CameraRig SetUp::NamedCameras() const {
 }
 
 int SetUp::LongestLag() const {
-  return static_cast<int>(options.longest_lag_s * input.frame_rate_hz);
+  return static_cast<int>(options.longest_lag_s * rate_hz);
 }
 
 double SetUp::ScoreOf(const CameraRig& other_cameras,

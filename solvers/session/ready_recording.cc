@@ -1,6 +1,7 @@
 #include "solvers/session/ready_recording.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -19,10 +20,9 @@ namespace kinegraph {
 namespace {
 
 std::vector<int> LagsOf(const RunScene& scene,
-                        const DetectionSequence& detections) {
-  return SearchClocks(
-             scene.model.cameras, IdealPeople(detections, scene.model.cameras),
-             static_cast<int>(kLongestLagS * scene.model.frame_rate_hz))
+                        const DetectionSequence& detections, int longest) {
+  return SearchClocks(scene.model.cameras,
+                      IdealPeople(detections, scene.model.cameras), longest)
       .lag_frames;
 }
 
@@ -131,9 +131,15 @@ ReadyRecording RefineRecording(const RunOptions& options,
   RunScene scene = PrepareScene(options, request, detections.header);
   const DetectionSequence asked = AskedFrames(request, detections);
   DetectionSequence used = WithUsualConfidences(UsedViewsOf(scene, asked));
+  double rate_hz = scene.model.frame_rate_hz;  // of the frames of a lag
   std::vector<int> lags(scene.used_views.size(), 0);
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
-    lags = LagsOf(scene, used);
+    if (!options.input.independent_frames) {
+      const int64_t step = UsualStep(used.frames);
+      rate_hz /= static_cast<double>(step);
+      used = OnGrid(used, step, std::llround(kLongestLagS * rate_hz));
+    }
+    lags = LagsOf(scene, used, static_cast<int>(kLongestLagS * rate_hz));
   }
   ReadyRecording ready;
   Refinement& refinement = ready.refinement.emplace();
@@ -170,7 +176,7 @@ ReadyRecording RefineRecording(const RunOptions& options,
   }
   for (size_t v = 0; v < lags.size(); ++v) {
     // The frames were already shifted by whole frames.
-    refinement.changes[v][kOffsetAt] -= lags[v] / scene.model.frame_rate_hz;
+    refinement.changes[v][kOffsetAt] -= lags[v] / rate_hz;
   }
   scale.IntoWorld(&refinement);
   const CameraRig refined = RefinedCameras(stated, refinement.changes);

@@ -36,6 +36,34 @@ ClockSearch ClocksOf(const CameraRig& cameras, const DetectionSequence& seen,
   return SearchClocks(cameras, IdealPeople(seen, cameras), most);
 }
 
+// ---- Missing frames ----
+
+TEST(OnGrid, FillsGapsAndShortensLongOnes) {
+  DetectionSequence seen;
+  for (const int64_t number :
+       {0, 5, 10, 20, 30, 530, 535, 541, 546, 551, 556, 561, 566}) {
+    DetectionFrame frame;
+    frame.frame = number;
+    frame.time = FromSeconds(0.04 * static_cast<double>(number));
+    frame.views.resize(2);
+    seen.frames.push_back(frame);
+  }
+  ASSERT_EQ(UsualStep(seen.frames), 5);
+  std::vector<int64_t> numbers;
+  for (const DetectionFrame& frame : OnGrid(seen, 5, 2).frames) {
+    numbers.push_back(frame.frame);
+    EXPECT_NEAR(ToSeconds(frame.time), 0.04 * static_cast<double>(frame.frame),
+                1e-6);
+    EXPECT_EQ(frame.views.size(), 2u);
+  }
+  EXPECT_THAT(numbers, ElementsAre(0, 5, 10, 15, 20, 25, 30, 35, 40, 520, 525,
+                                   530, 535, 541, 546, 551, 556, 561, 566));
+  seen.frames.resize(2);
+  seen.frames.push_back(seen.frames.back());
+  seen.frames.back().frame = 7;
+  EXPECT_EQ(UsualStep(seen.frames), 1) << "5 and 2";
+}
+
 // ---- Realigned recordings ----
 
 TEST(Realigned, ShiftsEachViewByTheLag) {

@@ -292,6 +292,25 @@ TEST(Doctor, FewMatchesAreNotReportedAsAnotherSetUp) {
   FoundKind(DiagnoseScene(scene), "never_matched");
 }
 
+// A detector ran on every fifth frame: three recorded frames are 0.6 s.
+TEST(Doctor, LagIsCorrectInEveryFifthFrame) {
+  FaultySceneOptions options = {17, 5, 4, 30.0};
+  options.clock_offset_s = {0.0, 0.0, 0.6, 0.0, 0.0};
+  FaultyScene scene = MakeFaultyScene(options);
+  std::vector<DetectionFrame>& frames = scene.detections.frames;
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [](const DetectionFrame& one) {
+                                return one.frame % 5 != 0;
+                              }),
+               frames.end());
+  const Finding clock =
+      FoundKind(DiagnoseScene(scene), "clock_offset", scene.cameras[2].name());
+  EXPECT_NE(clock.evidence.find("frame k-15"), std::string::npos)
+      << clock.evidence;
+  EXPECT_NE(clock.evidence.find("+0.600 s"), std::string::npos)
+      << clock.evidence;
+}
+
 // The clock of most views is the reference, even if the first view's clock
 // differs.
 TEST(Doctor, LateClockIsReported) {

@@ -7,6 +7,7 @@
 
 #include "apps/common/recording_output.h"
 #include "core/base/error.h"
+#include "core/base/random.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/io/calibration/calibration.h"
 #include "solvers/session/ready_recording.h"
@@ -158,6 +159,42 @@ TEST(RefineRecording, ClocksAreFoundAtLowFrameRates) {
   for (size_t v = 0; v < 5; ++v) {
     EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
                 0.03);
+  }
+}
+
+// A detector ran on every fifth frame: three recorded frames are 0.6 s.
+TEST(RefineRecording, ClocksAreFoundInEveryFifthFrame) {
+  FaultySceneOptions options = {24, 5, 4, 30.0};
+  options.clock_offset_s = {0.0, 0.0, 0.6, 0.0, 0.0};
+  FaultyScene scene = MakeFaultyScene(options);
+  std::vector<DetectionFrame>& frames = scene.detections.frames;
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [](const DetectionFrame& one) {
+                                return one.frame % 5 != 0;
+                              }),
+               frames.end());
+  const ReadyRecording refined = Ready(scene, "cameras.refine_clock=true");
+  for (size_t v = 0; v < 5; ++v) {
+    EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
+                0.03);
+  }
+}
+
+TEST(RefineRecording, ClocksAreFoundIfFramesAreMissing) {
+  FaultySceneOptions options = {25, 5, 4, 16.0};
+  options.clock_offset_s = {0.0, 0.0, 0.6, 0.0, 0.0};
+  FaultyScene scene = MakeFaultyScene(options);
+  std::vector<DetectionFrame>& frames = scene.detections.frames;
+  Random random(1);
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [&](const DetectionFrame&) {
+                                return random.Uniform(0.0, 1.0) < 0.25;
+                              }),
+               frames.end());
+  const ReadyRecording refined = Ready(scene, "cameras.refine_clock=true");
+  for (size_t v = 0; v < 5; ++v) {
+    EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
+                0.01);
   }
 }
 
