@@ -181,7 +181,7 @@ std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
   // tested. A step that a drift explains nearly as well is rejected.
   constexpr double kSigmas = 6.0;
   constexpr double kLeastGain = 25.0;
-  const double frame_s = std::min(1.0, set_up.beat_s);
+  const double frame_s = 1.0 / std::max(1.0, set_up.rate_hz);
   const auto bins_of = [&](const SceneSegments& segments) {
     return OffsetBins(set_up.cameras, segments, set_up.options.bundle.segments);
   };
@@ -477,7 +477,7 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   // The number of lost images is the integer near the estimate that fits best.
   // The estimate tends to be too large, because velocities are estimated
   // together with it.
-  const int fewer = static_cast<int>(std::floor(jump->jump_s / set_up.beat_s));
+  const int fewer = static_cast<int>(std::floor(jump->jump_s * set_up.rate_hz));
   Answer answer;
   double after_px = (1.0 - FitGain::kLeastShare) * before_px;
   for (const int missing : {fewer, fewer + 1}) {

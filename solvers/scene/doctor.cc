@@ -47,10 +47,10 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
       options(the_options),
       cameras(input.cameras),
       detections(WithUsualConfidences(input.detections)),
-      beat_s(1.0 / input.frame_rate_hz) {
+      rate_hz(input.frame_rate_hz) {
   if (input.independent_frames) return;
   number_step = UsualStep(detections.frames);
-  beat_s *= static_cast<double>(number_step);
+  rate_hz /= static_cast<double>(number_step);
   detections = OnGrid(detections, number_step, LongestLag());
 }
 
@@ -89,7 +89,7 @@ CameraRig SetUp::NamedCameras() const {
 }
 
 int SetUp::LongestLag() const {
-  return static_cast<int>(options.longest_lag_s / beat_s);
+  return static_cast<int>(options.longest_lag_s * rate_hz);
 }
 
 double SetUp::ScoreOf(const CameraRig& other_cameras,

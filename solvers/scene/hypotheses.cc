@@ -289,7 +289,7 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
          clocks.all.before.mean_px(), clocks.all.after.mean_px(), kRefineClocks,
          fmt::format("frame k of most views agrees best with its frame k{:+}: "
                      "its images were captured {:+.3f} s from their timestamps",
-                     lag * set_up.number_step, -lag * set_up.beat_s)});
+                     lag * set_up.number_step, -lag / set_up.rate_hz)});
   }
   answer.score = clocks.all.after.score();
   answer.detections = Realigned(set_up.detections, clocks.lag_frames);

@@ -131,15 +131,15 @@ ReadyRecording RefineRecording(const RunOptions& options,
   RunScene scene = PrepareScene(options, request, detections.header);
   const DetectionSequence asked = AskedFrames(request, detections);
   DetectionSequence used = WithUsualConfidences(UsedViewsOf(scene, asked));
-  double beat_s = 1.0 / scene.model.frame_rate_hz;  // of a lag
+  double rate_hz = scene.model.frame_rate_hz;  // of the frames of a lag
   std::vector<int> lags(scene.used_views.size(), 0);
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
     if (!options.input.independent_frames) {
       const int64_t step = UsualStep(used.frames);
-      beat_s *= static_cast<double>(step);
-      used = OnGrid(used, step, std::llround(kLongestLagS / beat_s));
+      rate_hz /= static_cast<double>(step);
+      used = OnGrid(used, step, std::llround(kLongestLagS * rate_hz));
     }
-    lags = LagsOf(scene, used, static_cast<int>(kLongestLagS / beat_s));
+    lags = LagsOf(scene, used, static_cast<int>(kLongestLagS * rate_hz));
   }
   ReadyRecording ready;
   Refinement& refinement = ready.refinement.emplace();
@@ -176,7 +176,7 @@ ReadyRecording RefineRecording(const RunOptions& options,
   }
   for (size_t v = 0; v < lags.size(); ++v) {
     // The frames were already shifted by whole frames.
-    refinement.changes[v][kOffsetAt] -= lags[v] * beat_s;
+    refinement.changes[v][kOffsetAt] -= lags[v] / rate_hz;
   }
   scale.IntoWorld(&refinement);
   const CameraRig refined = RefinedCameras(stated, refinement.changes);
