@@ -208,6 +208,9 @@ CalibrationInput InputOfFlags(const RunOptions& options,
   if (!(FLAGS_focal_error >= 0.0 && FLAGS_focal_error <= 50.0)) {
     throw InputError("--focal_error: expected 0 .. 50 %");
   }
+  // Also with its default value.
+  const bool has_focal_error =
+      !gflags::GetCommandLineFlagInfoOrDie("focal_error").is_default;
   input.in_step = FLAGS_in_step;
   if (!FLAGS_cameras.empty()) {
     if (!FLAGS_focal.empty() || !FLAGS_image_size.empty()) {
@@ -216,14 +219,11 @@ CalibrationInput InputOfFlags(const RunOptions& options,
           "specifies both");
     }
     input.cameras = ReadCameras(FLAGS_cameras, options.cameras);
-    // Measured focal lengths are exact unless --focal_error is given, even as
-    // its default.
-    if (!gflags::GetCommandLineFlagInfoOrDie("focal_error").is_default) {
-      input.focal_sigma = 0.01 * FLAGS_focal_error;
-    }
+    // Measured focal lengths are exact unless --focal_error is given.
+    if (has_focal_error) input.focal_sigma = 0.01 * FLAGS_focal_error;
     return input;
   }
-  if (FLAGS_focal.empty() && !FirstGiven({"focal_error"}).empty()) {
+  if (FLAGS_focal.empty() && has_focal_error) {
     throw InputError(
         "--focal_error: needs --focal or --cameras, whose focal lengths have "
         "this error");

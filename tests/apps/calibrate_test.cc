@@ -74,12 +74,14 @@ TEST_F(CalibrateTest, FocalErrorOfOnePercentAppliesToCameras) {
 }
 
 TEST_F(CalibrateTest, AnErrorOfUnknownFocalLengthsIsRefused) {
-  EXPECT_THAT(
-      Refusal("calibrate", "--detections=" + Seconds(0.5) +
-                               " --image_size=1920,1080 --focal_error=10 "
-                               "--out=" +
-                               Path("c.json")),
-      HasSubstr("--focal_error: needs --focal"));
+  const std::string detections = Seconds(0.5);
+  for (const std::string percent : {"10", "1"}) {
+    EXPECT_THAT(Refusal("calibrate",
+                        "--detections=" + detections +
+                            " --image_size=1920,1080 --focal_error=" + percent +
+                            " --out=" + Path("c.json")),
+                HasSubstr("--focal_error: needs --focal"));
+  }
 }
 
 TEST_F(CalibrateTest, UnreadableInputLeavesNoFolders) {
