@@ -302,7 +302,8 @@ class AdapterRun::Impl {
       : path_(WithoutSlash(path)),
         name_(adapter.name),
         hint_(adapter.hint),
-        is_own_(adapter.command.front() != TheSettings().given),
+        is_own_(adapter.command.front() != TheSettings().given &&
+                adapter.name.find('/') == std::string::npos),
         silence_ms_(silence_ms),
         errors_(std::tmpfile(), std::fclose) {
     if (errors_ == nullptr) {

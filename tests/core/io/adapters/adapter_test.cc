@@ -98,6 +98,11 @@ TEST_F(AdapterTest, OtherFilesOfASessionAreNoInputs) {
             "read\n");
   EXPECT_TRUE(InputFiles::Has(input));
   EXPECT_FALSE(InputFiles::Has(result));
+  // A program of the user, named by its path, may read any file.
+  Adapter of_user = Shell("echo read");
+  of_user.name = "/home/me/adapters/mine";
+  OutputOf(of_user, (folder_.path() / "session").string());
+  EXPECT_TRUE(InputFiles::Has(result));
 }
 
 TEST_F(AdapterTest, MissingProgramIsNamedWithInstallCommand) {
