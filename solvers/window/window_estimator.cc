@@ -176,10 +176,13 @@ class WindowEstimator final : public Estimator {
 
   void UpdateLast() {
     const bool birth = last_.empty();
-    if (!birth && records_.back().views.empty()) return;
-    const size_t k = newest();
+    // The newest frame with views; several frames may share the solve.
+    size_t k = newest();
+    while (k > 0 && records_[k].views.empty()) --k;
+    const bool measured = !records_[k].views.empty();
+    if (!birth && (!measured || records_[k].time <= last_time_)) return;
     last_.resize(joint_count());
-    last_time_ = records_.back().time;
+    last_time_ = records_[k].time;
     for (int j = 0; j < joint_count(); ++j) {
       last_states_[j] = problem_.joints[j].states[k];
       last_[j].position_m = last_states_[j].head<3>();
