@@ -41,8 +41,10 @@ class OfflineFilter final : public Estimator {
       : scene_(scene),
         point_source_(std::move(points)),
         filter_(std::move(filter)),
-        // Half a frame of tolerance, as in FrameClock.
-        max_gap_s_(options.max_gap_s + 0.5 / scene.frame_rate_hz),
+        // Neighbouring frames are no gap. Half a frame of tolerance, as in
+        // FrameClock.
+        max_gap_s_(std::max(options.max_gap_s, 1.0 / scene.frame_rate_hz) +
+                   0.5 / scene.frame_rate_hz),
         cutoff_per_(options.cutoff_per),
         samples_(scene.skeleton.joint_count()) {}
 
