@@ -235,19 +235,16 @@ class WindowEstimator final : public Estimator {
   void Emit(size_t end) {
     const size_t offset = finals_.size();
     for (size_t k = final_count_; k < end; ++k) {
-      finals_.push_back(PoseOf(records_[k], scene_, options_.covariance));
+      finals_.push_back(PoseOf(records_[k], scene_, /*covariances=*/true));
     }
     const bool coupled = problem_.coupled();
     const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
                         options_.estimate_noise_scale &&
                         learnt_scale_.AwaitTurn();
     std::vector<double> squares;
-    std::vector<std::vector<Matrix6d>> covariances(joint_count());
-    if (options_.covariance || learns) {
-      covariances = coupled ? solver_.BoneCovariances(problem_, end)
-                            : solver_.JointCovariances(
-                                  problem_, solver_.correction(), end);
-    }
+    const std::vector<std::vector<Matrix6d>> covariances =
+        coupled ? solver_.BoneCovariances(problem_, end)
+                : solver_.JointCovariances(problem_, solver_.correction(), end);
     for (int j = 0; j < joint_count(); ++j) {
       if (learns && covariances[j].size() >= end) {
         CollectSquares(problem_.joints[j], covariances[j], final_count_, end,
@@ -255,7 +252,7 @@ class WindowEstimator final : public Estimator {
       }
       for (size_t k = final_count_; k < end; ++k) {
         Eigen::Matrix3d covariance;
-        const bool known = options_.covariance && k < covariances[j].size();
+        const bool known = k < covariances[j].size();
         if (known) {
           covariance = noise_.CovarianceFactorOf(
                            j, k, StatusAt(k, j) == JointStatus::kObserved) *
@@ -270,6 +267,7 @@ class WindowEstimator final : public Estimator {
       written_lengths_.AddPose(finals_[i].person.joints,
                                1.0 / scene_.frame_rate_hz);
       DropUnsureJoints(written_lengths_.Known(), &finals_[i].person);
+      if (!options_.covariance) finals_[i].person.covariances.clear();
     }
     final_count_ = end;
     if (learns) LearnNoiseScale(squares);
