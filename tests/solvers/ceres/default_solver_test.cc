@@ -97,6 +97,18 @@ TEST_F(DefaultSolverTest, SolvesThatDoNotConvergeAreReported) {
             std::string::npos);
 }
 
+// Sweeps that only start Ceres are not solves, and fail with every joint here.
+TEST_F(DefaultSolverTest, NoMoreFailuresThanSolves) {
+  GraphOptions options;
+  options.loss_scale = 1e300;
+  for (const bool batch : {false, true}) {
+    const SolveCounts counts = Run(batch, 20, options);
+    EXPECT_EQ(counts.solves, batch ? 1 : 20);
+    EXPECT_LE(counts.not_finite, counts.solves);
+    EXPECT_LE(counts.no_covariance, counts.solves);
+  }
+}
+
 int ThreadsOfThisProcess() {
   const std::filesystem::directory_iterator tasks("/proc/self/task");
   return static_cast<int>(std::distance(begin(tasks), end(tasks)));
