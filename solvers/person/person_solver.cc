@@ -71,15 +71,21 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
   const SolveReport report = bone_solver_.Solve(last_stage_, problem);
   Note(report, solver_ == GraphSolver::kBlockTridiagonal ? Result::kTakenOver
                                                          : Result::kOnlyAStart);
-  if (report.finite) return;
-  // Covariances must not include factors that the estimates did not use.
-  ++counts_.bones_dropped;
-  problem->bones.clear();
+  if (!report.finite) DropBones(problem);
 }
 
 void PersonSolver::Refine(PersonProblem* problem) {
   if (solver_ != GraphSolver::kCeres) return;
-  Note(ceres_solver_.Solve(last_stage_, problem), Result::kTakenOver);
+  const SolveReport report = ceres_solver_.Solve(last_stage_, problem);
+  Note(report, Result::kTakenOver);
+  // From DLT, only this solve includes the bones.
+  if (report.finite || start_ != GraphStart::kDlt) return;
+  if (!problem->bones.empty()) DropBones(problem);
+}
+
+void PersonSolver::DropBones(PersonProblem* problem) {
+  ++counts_.bones_dropped;
+  problem->bones.clear();
 }
 
 void PersonSolver::SolveJointsAndRefine(PersonProblem* problem) {
