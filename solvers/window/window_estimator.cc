@@ -115,7 +115,13 @@ class WindowEstimator final : public Estimator {
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
   size_t newest() const { return records_.size() - 1; }
-  bool IsDue() const { return unsolved_ >= solve_every_; }
+  // After solve_every_ frames, or as long where frames are absent.
+  bool IsDue() const {
+    if (unsolved_ >= solve_every_) return true;
+    const double frames = static_cast<double>(solve_every_) - 0.5;
+    return records_.back().time - solved_time_ >=
+           FromSeconds(frames / scene_.frame_rate_hz);
+  }
 
   void Solve() {
     if (options_.LearnsNoise()) noise_.Apply(&problem_);
@@ -127,6 +133,7 @@ class WindowEstimator final : public Estimator {
       solver_.SolveJointsAndRefine(&problem_);
     }
     unsolved_ = 0;
+    solved_time_ = problem_.times.back();
   }
 
   // A new state starts where the frame's own views triangulate the joint, else
@@ -313,6 +320,7 @@ class WindowEstimator final : public Estimator {
   const size_t solve_every_;            // in frames
   // Number of newest records_ added since the last solve.
   size_t unsolved_ = 0;
+  TimeNs solved_time_ = 0;  // of the newest frame in the last solve
   // Number of oldest records_ that are already final.
   size_t final_count_ = 0;
   std::vector<FinalPose> finals_;
