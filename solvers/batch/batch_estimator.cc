@@ -268,8 +268,6 @@ class BatchEstimator final : public Estimator {
   }
 
   std::vector<std::vector<Eigen::Matrix3d>> Covariances() {
-    std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
-    if (!options_.covariance) return covariances;
     // The next pass only needs the uncertainty of each position.
     if (notes_->expects_another_pass()) {
       return solver_.JointCovariances(recording_);
@@ -277,7 +275,8 @@ class BatchEstimator final : public Estimator {
     // Bones are empty if their solve failed; covariances must not include them.
     const bool held = !recording_.bones.empty();
     if (held) std::swap(recording_.bones, stated_bones_);
-    covariances = solver_.Covariances(recording_);
+    std::vector<std::vector<Eigen::Matrix3d>> covariances =
+        solver_.Covariances(recording_);
     if (held) std::swap(recording_.bones, stated_bones_);
     // With fixed bone sigmas the covariances are reported unchanged.
     if (held && options_.bone_sigma_from == NoiseFrom::kRecording) {
@@ -308,7 +307,7 @@ class BatchEstimator final : public Estimator {
     finals_.clear();
     finals_.reserve(records_.size());
     for (const FrameRecord& record : records_) {
-      finals_.push_back(PoseOf(record, scene_, options_.covariance));
+      finals_.push_back(PoseOf(record, scene_, /*covariances=*/true));
     }
     for (int j = 0; j < joint_count(); ++j) {
       const std::vector<double> nearest_s =
@@ -338,7 +337,12 @@ class BatchEstimator final : public Estimator {
       lengths.AddPose(one.person.joints, 1.0 / scene_.frame_rate_hz);
     }
     const std::vector<KnownBone> bones = lengths.Known();
-    for (FinalPose& one : finals_) DropUnsureJoints(bones, &one.person);
+    for (FinalPose& one : finals_) {
+      DropUnsureJoints(bones, &one.person);
+      if (options_.covariance) continue;
+      // clear() would keep the memory.
+      one.person.covariances = decltype(one.person.covariances)();
+    }
   }
 
   // A bone leaves a joint seen by one view two possible positions on its ray,

@@ -20,14 +20,14 @@ double Seconds(const PersonProblem& problem, size_t from, size_t to) {
   return ToSeconds(problem.times[to] - problem.times[from]);
 }
 
-// Whether any joint is measured in fewer than `wanted` of the frames begin ..
-// end - 1.
+// Whether any joint is measured by two views in fewer than `wanted` of the
+// frames begin .. end - 1. One view leaves the depth free.
 bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
                  size_t wanted) {
   for (const JointChain& chain : problem.joints) {
     size_t measured = 0;
     for (size_t k = begin; k < end; ++k) {
-      measured += chain.first[k] < chain.first[k + 1] ? 1 : 0;
+      measured += chain.first[k + 1] - chain.first[k] >= 2 ? 1 : 0;
     }
     if (measured < wanted) return true;
   }
@@ -51,7 +51,7 @@ size_t EndWithin(const PersonProblem& problem, size_t k, double most_s) {
 }
 
 // The chunk that owns frames begin .. end - 1. Where a joint has a gap in the
-// overlap, extends until enough frames beyond the gap measure it.
+// overlap, extends until two views measure it in enough frames beyond.
 Chunk ChunkOf(const PersonProblem& problem, size_t begin, size_t end) {
   Chunk chunk = {FirstWithin(problem, begin, kOverlapS),
                  EndWithin(problem, end - 1, kOverlapS), begin, end};

@@ -99,7 +99,10 @@ Eigen::MatrixXd SmoothingMatrix(int length, int order) {
 }  // namespace
 
 int SavitzkyGolayLength(const SavitzkyGolayOptions& options, double rate_hz) {
-  const double half = 0.5 * (options.window_s * rate_hz - 1.0);
+  // Longer than any signal; twice as much is still an int.
+  constexpr double kLongest = 1e8;
+  const double half =
+      std::min(kLongest, 0.5 * (options.window_s * rate_hz - 1.0));
   const int length = 2 * std::max(0, static_cast<int>(std::lround(half))) + 1;
   int least = static_cast<int>(options.order) + 1;
   if (least % 2 == 0) ++least;

@@ -41,8 +41,10 @@ class OfflineFilter final : public Estimator {
       : scene_(scene),
         point_source_(std::move(points)),
         filter_(std::move(filter)),
-        // Half a frame of tolerance, as in FrameClock.
-        max_gap_s_(options.max_gap_s + 0.5 / scene.frame_rate_hz),
+        // Neighbouring frames are no gap. Half a frame of tolerance, as in
+        // FrameClock.
+        max_gap_s_(std::max(options.max_gap_s, 1.0 / scene.frame_rate_hz) +
+                   0.5 / scene.frame_rate_hz),
         cutoff_per_(options.cutoff_per),
         samples_(scene.skeleton.joint_count()) {}
 
@@ -242,6 +244,16 @@ void RequireUniformTime(const std::string& estimator,
   }
 }
 
+// Frames per second of a segment: of its own times, or nominal if they agree.
+double RateOf(const std::vector<double>& times_s, double nominal_hz) {
+  // Rounded times and rates written with few digits agree.
+  constexpr double kAgree = 0.005;
+  const double span_s = times_s.back() - times_s.front();
+  if (!(span_s > 0.0)) return nominal_hz;
+  const double own_hz = static_cast<double>(times_s.size() - 1) / span_s;
+  return std::abs(own_hz / nominal_hz - 1.0) <= kAgree ? nominal_hz : own_hz;
+}
+
 // The sampled frames of a segment.
 struct SampledRows {
   std::vector<double> times_s;
@@ -285,15 +297,27 @@ std::vector<double> CutoffsOf(CutoffChoice rule, CutoffPer per,
                              *segment.cutoff_hz);
 }
 
+using MakeLowPass = LowPass (*)(const ButterworthOptions& options,
+                                double rate_hz);
+
 SegmentFilter Recursive(const std::string& name,
                         const ButterworthOptions& options, CutoffPer per,
-                        const LowPass& low_pass) {
+                        double rate_hz, MakeLowPass make) {
   if (options.choice == CutoffChoice::kFixed) {
     RequireBelowNyquist("filters.butterworth.cutoff", options.cutoff_hz,
-                        low_pass.rate_hz);
+                        rate_hz);
   }
   return [=](const JointSegment& segment) -> SegmentEstimate {
-    RequireUniformTime(name, segment.times_s, low_pass.rate_hz);
+    RequireUniformTime(name, segment.times_s, rate_hz);
+    const double own_hz = RateOf(segment.times_s, rate_hz);
+    LowPass low_pass = make(options, own_hz);
+    // A cut-off may be too high for a segment that is slower than the frame
+    // rate.
+    low_pass.filter = [own_hz, filter = std::move(low_pass.filter)](
+                          double cutoff_hz, const Samples& signal) {
+      return filter(cutoff_hz < 0.5 * own_hz ? cutoff_hz : 0.45 * own_hz,
+                    signal);
+    };
     const Samples& values = segment.positions_m;
     if (options.choice == CutoffChoice::kFixed) {
       return {low_pass.filter(options.cutoff_hz, values), {}};
@@ -357,7 +381,7 @@ SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
     const Eigen::Index columns = segment.positions_m.cols();
     if (options.choice != CutoffChoice::kGcv || segment.cutoff_hz.has_value()) {
       LowPass low_pass;
-      low_pass.rate_hz = rate_hz;
+      low_pass.rate_hz = RateOf(segment.times_s, rate_hz);
       low_pass.filter = [&](double cutoff_hz, const Samples& values) {
         const auto curve = curve_of(values);
         return curve->Fit(curve->LambdaOf(cutoff_hz));
@@ -450,22 +474,22 @@ SegmentFilter OneEuroFilter(const OneEuroOptions& options) {
 
 SegmentFilter ButterworthFilter(const ButterworthOptions& options,
                                 double rate_hz, CutoffPer per) {
-  return Recursive("butterworth", options, per,
-                   ZeroPhaseButterworth(options, rate_hz));
+  return Recursive("butterworth", options, per, rate_hz, ZeroPhaseButterworth);
 }
 
 SegmentFilter CriticallyDampedFilter(const ButterworthOptions& options,
                                      double rate_hz, CutoffPer per) {
-  return Recursive("critically_damped", options, per,
-                   ZeroPhaseCriticallyDamped(options, rate_hz));
+  return Recursive("critically_damped", options, per, rate_hz,
+                   ZeroPhaseCriticallyDamped);
 }
 
 SegmentFilter SavitzkyGolayFilter(const SavitzkyGolayOptions& options,
                                   double rate_hz) {
-  const int length = SavitzkyGolayLength(options, rate_hz);
   const int order = static_cast<int>(options.order);
   return [=](const JointSegment& segment) -> SegmentEstimate {
     RequireUniformTime("savitzky_golay", segment.times_s, rate_hz);
+    const int length =
+        SavitzkyGolayLength(options, RateOf(segment.times_s, rate_hz));
     return {SavitzkyGolay(length, order, segment.positions_m), {}};
   };
 }

@@ -31,8 +31,11 @@ std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
     JointPoints points, SegmentFilter filter);
 
-// Each function checks its options against the frame rate [Hz] (OptionError).
-// Filters that need uniform time throw InputError for other segments.
+// Each function checks its options against the nominal frame rate [Hz]
+// (OptionError). Rules, cut-offs and windows use the segment's own rate where
+// it differs; a cut-off too high for it becomes 45 % (recursive filters) or
+// half of it (Whittaker). Filters that need uniform time throw InputError for
+// segments with other steps than nominal.
 //
 // Bridged frames: the Gaussian, the centred median, the recursive filters and
 // Savitzky-Golay treat the linear bridge as samples. One-Euro and the trailing

@@ -146,9 +146,10 @@ class WhittakerCurve final : public LinearCurve {
   }
 
  private:
-  // The gain is 1 / (1 + lambda (2 sin(pi f))^(2 order)).
+  // The gain is 1 / (1 + lambda (2 sin(pi f))^(2 order)), f up to 1/2.
   double LambdaOfFrames(double cutoff) const override {
-    return std::pow(2.0 * std::sin(M_PI * cutoff), -2.0 * order_);
+    const double sine = std::sin(M_PI * std::min(cutoff, 0.5));
+    return std::pow(2.0 * sine, -2.0 * order_);
   }
   double CutoffInFrames(double lambda) const override {
     const double sine = 0.5 * std::pow(lambda, -0.5 / order_);

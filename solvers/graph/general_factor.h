@@ -37,9 +37,9 @@ struct UserState {
 
 struct UserFactor {
   std::shared_ptr<const GeneralFactor> factor;
-  std::vector<UserState> states;  // one per state of the factor
+  std::vector<UserState> states;  // one per state of the factor, all different
   LossKind loss = LossKind::kNone;
-  double loss_scale = 1.0;  // in sigmas
+  double loss_scale = 1.0;  // in sigmas, > 0
 };
 
 // A frame of a person, for which factors may be created.

@@ -99,8 +99,9 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("bridging_limit_s", &bridging_limit_s, NonNegative(), "s",
                  "longest time for which a joint is written without a "
                  "supporting view");
-  visitor.Boolean("covariance", &covariance,
-                  "compute a covariance of every joint and frame");
+  visitor.Boolean(
+      "covariance", &covariance,
+      "write a covariance of every joint and frame; identities use it");
   DescribeSolver(this, visitor);
   visitor.Leave();
 }

@@ -162,6 +162,7 @@ void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose) {
     }
     pose->joints[j].status = JointStatus::kMissing;
     pose->covariances[j].reset();
+    if (!pose->derivatives.empty()) pose->derivatives[j].reset();
   }
 }
 

@@ -101,6 +101,11 @@ std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
                                     " states, expected as many as the factor "
                                     "depends on");
     }
+    if (user.loss != LossKind::kNone && !(user.loss_scale > 0.0)) {
+      throw OptionError(kWhere, "found loss_scale " +
+                                    std::to_string(user.loss_scale) +
+                                    ", expected more than 0");
+    }
     PlacedFactor& place = placed.emplace_back();
     place.robustness.loss = user.loss;
     place.robustness.scale = user.loss_scale;
@@ -116,7 +121,14 @@ std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
             kWhere, "found frames_back " + std::to_string(state.frames_back) +
                         ", expected 0 to " + std::to_string(furthest));
       }
-      place.keys.push_back({state.joint, k - state.frames_back});
+      const StateKey key = {state.joint, k - state.frames_back};
+      for (const StateKey& other : place.keys) {
+        if (other.joint != key.joint || other.frame != key.frame) continue;
+        throw OptionError(kWhere, "found a state of joint " +
+                                      std::to_string(state.joint) +
+                                      " twice, expected different states");
+      }
+      place.keys.push_back(key);
     }
     place.factor = std::move(user.factor);
   }

@@ -28,7 +28,8 @@ struct SolveCounts {
   // Positions of one joint in one frame that still moved by more than 5 cm:
   // their views lost their weight, so that status and covariance reflect it.
   int64_t positions_in_doubt = 0;
-  int64_t no_covariance = 0;  // not positive definite
+  // Problems with a covariance that is not positive definite.
+  int64_t no_covariance = 0;
 
   // Whether no solve had any trouble.
   bool AllWell() const;

@@ -71,15 +71,21 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
   const SolveReport report = bone_solver_.Solve(last_stage_, problem);
   Note(report, solver_ == GraphSolver::kBlockTridiagonal ? Result::kTakenOver
                                                          : Result::kOnlyAStart);
-  if (report.finite) return;
-  // Covariances must not include factors that the estimates did not use.
-  ++counts_.bones_dropped;
-  problem->bones.clear();
+  if (!report.finite) DropBones(problem);
 }
 
 void PersonSolver::Refine(PersonProblem* problem) {
   if (solver_ != GraphSolver::kCeres) return;
-  Note(ceres_solver_.Solve(last_stage_, problem), Result::kTakenOver);
+  const SolveReport report = ceres_solver_.Solve(last_stage_, problem);
+  Note(report, Result::kTakenOver);
+  // From DLT, only this solve includes the bones.
+  if (report.finite || start_ != GraphStart::kDlt) return;
+  if (!problem->bones.empty()) DropBones(problem);
+}
+
+void PersonSolver::DropBones(PersonProblem* problem) {
+  ++counts_.bones_dropped;
+  problem->bones.clear();
 }
 
 void PersonSolver::SolveJointsAndRefine(PersonProblem* problem) {
@@ -108,8 +114,9 @@ std::vector<std::vector<Matrix6d>> PersonSolver::JointCovariances(
   for (const JointChain& chain : problem.joints) chains.push_back(&chain);
   auto covariances =
       chain_solver_.Covariances(problem, chains, correction, frame_end);
-  for (const std::vector<Matrix6d>& joint : covariances) {
-    if (joint.empty()) ++counts_.no_covariance;
+  if (std::any_of(covariances.begin(), covariances.end(),
+                  [](const auto& joint) { return joint.empty(); })) {
+    ++counts_.no_covariance;
   }
   return covariances;
 }
@@ -118,10 +125,12 @@ void PersonSolver::Note(const SolveReport& report, Result result) {
   counts_.sweep_iterations += report.iterations;
   counts_.ceres_iterations += report.ceres_iterations;
   counts_.ceres_problems += report.ceres_problems;
-  if (!report.finite) ++counts_.not_finite;
   if (result != Result::kTakenOver) return;
   ++counts_.solves;
-  if (!report.finite) return;
+  if (!report.finite) {
+    ++counts_.not_finite;
+    return;
+  }
   counts_.ceres_decrease_millionths += std::llround(1e6 * report.cost_decrease);
   if (!report.converged) ++counts_.not_converged;
   counts_.positions_in_doubt += report.unsettled;

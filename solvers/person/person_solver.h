@@ -45,7 +45,8 @@ class PersonSolver {
 
   // With graph.solver = "ceres": solves the whole problem, including the user's
   // factors, to convergence under the last stage's loss. Without a finite
-  // result, the start is kept.
+  // result, the start is kept; with graph.start = "dlt", where it is without
+  // bones, the problem's bones are dropped.
   void Refine(PersonProblem* problem);
 
   // SolveJoints with the schedule of the options, and Refine. With graph.start
@@ -79,6 +80,8 @@ class PersonSolver {
   enum class Result { kTakenOver, kOnlyAStart };
   // Counts a solve.
   void Note(const SolveReport& report, Result result);
+  // Covariances must not include factors that the estimates did not use.
+  void DropBones(PersonProblem* problem);
   void SolveJointsWithCeres(const SolveSchedule& schedule,
                             PersonProblem* problem);
 

@@ -115,7 +115,13 @@ class WindowEstimator final : public Estimator {
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
   size_t newest() const { return records_.size() - 1; }
-  bool IsDue() const { return unsolved_ >= solve_every_; }
+  // After solve_every_ frames, or as long where frames are absent.
+  bool IsDue() const {
+    if (unsolved_ >= solve_every_) return true;
+    const double frames = static_cast<double>(solve_every_) - 0.5;
+    return records_.back().time - solved_time_ >=
+           FromSeconds(frames / scene_.frame_rate_hz);
+  }
 
   void Solve() {
     if (options_.LearnsNoise()) noise_.Apply(&problem_);
@@ -127,6 +133,7 @@ class WindowEstimator final : public Estimator {
       solver_.SolveJointsAndRefine(&problem_);
     }
     unsolved_ = 0;
+    solved_time_ = problem_.times.back();
   }
 
   // A new state starts where the frame's own views triangulate the joint, else
@@ -176,10 +183,13 @@ class WindowEstimator final : public Estimator {
 
   void UpdateLast() {
     const bool birth = last_.empty();
-    if (!birth && records_.back().views.empty()) return;
-    const size_t k = newest();
+    // The newest frame with views; several frames may share the solve.
+    size_t k = newest();
+    while (k > 0 && records_[k].views.empty()) --k;
+    const bool measured = !records_[k].views.empty();
+    if (!birth && (!measured || records_[k].time <= last_time_)) return;
     last_.resize(joint_count());
-    last_time_ = records_.back().time;
+    last_time_ = records_[k].time;
     for (int j = 0; j < joint_count(); ++j) {
       last_states_[j] = problem_.joints[j].states[k];
       last_[j].position_m = last_states_[j].head<3>();
@@ -232,19 +242,16 @@ class WindowEstimator final : public Estimator {
   void Emit(size_t end) {
     const size_t offset = finals_.size();
     for (size_t k = final_count_; k < end; ++k) {
-      finals_.push_back(PoseOf(records_[k], scene_, options_.covariance));
+      finals_.push_back(PoseOf(records_[k], scene_, /*covariances=*/true));
     }
     const bool coupled = problem_.coupled();
     const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
                         options_.estimate_noise_scale &&
                         learnt_scale_.AwaitTurn();
     std::vector<double> squares;
-    std::vector<std::vector<Matrix6d>> covariances(joint_count());
-    if (options_.covariance || learns) {
-      covariances = coupled ? solver_.BoneCovariances(problem_, end)
-                            : solver_.JointCovariances(
-                                  problem_, solver_.correction(), end);
-    }
+    const std::vector<std::vector<Matrix6d>> covariances =
+        coupled ? solver_.BoneCovariances(problem_, end)
+                : solver_.JointCovariances(problem_, solver_.correction(), end);
     for (int j = 0; j < joint_count(); ++j) {
       if (learns && covariances[j].size() >= end) {
         CollectSquares(problem_.joints[j], covariances[j], final_count_, end,
@@ -252,7 +259,7 @@ class WindowEstimator final : public Estimator {
       }
       for (size_t k = final_count_; k < end; ++k) {
         Eigen::Matrix3d covariance;
-        const bool known = options_.covariance && k < covariances[j].size();
+        const bool known = k < covariances[j].size();
         if (known) {
           covariance = noise_.CovarianceFactorOf(
                            j, k, StatusAt(k, j) == JointStatus::kObserved) *
@@ -267,6 +274,7 @@ class WindowEstimator final : public Estimator {
       written_lengths_.AddPose(finals_[i].person.joints,
                                1.0 / scene_.frame_rate_hz);
       DropUnsureJoints(written_lengths_.Known(), &finals_[i].person);
+      if (!options_.covariance) finals_[i].person.covariances.clear();
     }
     final_count_ = end;
     if (learns) LearnNoiseScale(squares);
@@ -312,6 +320,7 @@ class WindowEstimator final : public Estimator {
   const size_t solve_every_;            // in frames
   // Number of newest records_ added since the last solve.
   size_t unsolved_ = 0;
+  TimeNs solved_time_ = 0;  // of the newest frame in the last solve
   // Number of oldest records_ that are already final.
   size_t final_count_ = 0;
   std::vector<FinalPose> finals_;

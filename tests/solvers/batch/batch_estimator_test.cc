@@ -193,6 +193,41 @@ TEST_F(BatchEstimatorTest, OneViewAndABoneDoNotKeepTheCovarianceSmall) {
             0.5 * sigma_m(held, kLost + 10));
 }
 
+// Window and batch: joints are dropped by their covariance, written or not.
+TEST_F(BatchEstimatorTest, OmittingCovariancesLeavesJointsUnchanged) {
+  constexpr size_t kWrist = 2;
+  SimulatedRecording recording = Simulate(200, SimulatedNoise());
+  for (size_t k = 60; k < 160; ++k) {
+    for (size_t v = 1; v < 5; ++v) {
+      recording.keypoints[k][v][kWrist].found = false;
+    }
+  }
+  recording.Connect();
+  for (const bool batch : {false, true}) {
+    std::vector<std::vector<FinalPose>> finals;
+    for (const bool covariance : {true, false}) {
+      options_.covariance = covariance;
+      const auto estimator = testing::MakeEstimator(batch, scene_, options_);
+      finals.push_back(testing::Run(estimator.get(), recording.frames));
+      ASSERT_EQ(finals.back().size(), 200u);
+    }
+    int missing = 0;
+    for (size_t k = 0; k < 200; ++k) {
+      const PersonPose& with = finals[0][k].person;
+      const PersonPose& without = finals[1][k].person;
+      EXPECT_EQ(with.covariances.size(), 3u);
+      EXPECT_TRUE(without.covariances.empty());
+      if (!with.joints[kWrist].present()) ++missing;
+      for (size_t j = 0; j < 3; ++j) {
+        EXPECT_EQ(with.joints[j].status, without.joints[j].status);
+        if (!with.joints[j].present()) continue;
+        EXPECT_EQ(with.joints[j].position_m, without.joints[j].position_m);
+      }
+    }
+    EXPECT_GT(missing, 0) << batch;
+  }
+}
+
 TEST_F(BatchEstimatorTest, EveryLossReducesTheEffectOfOutliers) {
   SimulatedNoise noise;
   noise.outliers = 0.1;

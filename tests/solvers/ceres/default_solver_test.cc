@@ -12,6 +12,7 @@
 #include "solvers/batch/batch_estimator.h"
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
+#include "solvers/person/person_solver.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/simulated_person.h"
 #include "tests/support/solver_problem.h"
@@ -97,6 +98,18 @@ TEST_F(DefaultSolverTest, SolvesThatDoNotConvergeAreReported) {
             std::string::npos);
 }
 
+// Sweeps that only start Ceres are not solves, and fail with every joint here.
+TEST_F(DefaultSolverTest, NoMoreFailuresThanSolves) {
+  GraphOptions options;
+  options.loss_scale = 1e300;
+  for (const bool batch : {false, true}) {
+    const SolveCounts counts = Run(batch, 20, options);
+    EXPECT_EQ(counts.solves, batch ? 1 : 20);
+    EXPECT_LE(counts.not_finite, counts.solves);
+    EXPECT_LE(counts.no_covariance, counts.solves);
+  }
+}
+
 int ThreadsOfThisProcess() {
   const std::filesystem::directory_iterator tasks("/proc/self/task");
   return static_cast<int>(std::distance(begin(tasks), end(tasks)));
@@ -146,6 +159,26 @@ TEST_F(CeresSolverTest, ResultDoesNotDependOnEarlierSolves) {
       EXPECT_EQ(problem_.joints[j].states, fresh.joints[j].states);
     }
   }
+}
+
+// With graph.start = "dlt" nothing but Refine includes the bones, so that
+// covariances must not if it has failed.
+TEST_F(CeresSolverTest, AFailedSolveFromDltDropsTheBones) {
+  Make({4, 20, 71, false, 0}, SimulatedNoise());
+  GraphOptions options;
+  options.start = GraphStart::kDlt;
+  PersonSolver solver(options);
+  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  problem_.bones.push_back({bones[0].a, bones[0].b, 0.3, 0.02});
+  solver.Refine(&problem_);
+  EXPECT_EQ(problem_.bones.size(), 1u);
+  EXPECT_EQ(solver.ExtractCounts().bones_dropped, 0);
+  problem_.bones[0].length_m = std::nan("");
+  solver.Refine(&problem_);
+  EXPECT_TRUE(problem_.bones.empty());
+  const SolveCounts counts = solver.ExtractCounts();
+  EXPECT_EQ(counts.not_finite, 1);
+  EXPECT_EQ(counts.bones_dropped, 1);
 }
 
 // The chain's last step may move a state behind a camera that sees the joint.

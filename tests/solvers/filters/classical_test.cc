@@ -139,6 +139,8 @@ TEST(SavitzkyGolayTest, WindowsAreOddNumbersOfFrames) {
   EXPECT_EQ(SavitzkyGolayLength(options, 120.0), 43);  // 43.2
   options.window_s = 0.0;
   EXPECT_EQ(SavitzkyGolayLength(options, 25.0), 5);  // order 3 needs four
+  options.window_s = 1e12;  // one polynomial for any signal
+  EXPECT_GT(SavitzkyGolayLength(options, 25.0), 100'000'000);
 }
 
 // A ramp with two spikes.
@@ -348,6 +350,62 @@ TEST(UniformTimeTest, FiltersThatNeedItRefuseUnevenTimes) {
     segment.times_s = {0.0, 0.055, 0.08, 0.135, 0.16};
     EXPECT_NO_THROW(filter(segment)) << name;
   }
+}
+
+// `filter` over samples at `rate_hz`.
+Samples FilterAt(double rate_hz, const SegmentFilter& filter) {
+  JointSegment segment;
+  segment.times_s = testing::UniformTimes(60, rate_hz);
+  segment.positions_m = testing::Wiggle(60).replicate(1, 3);
+  segment.sampled.assign(60, 1);
+  return filter(segment).positions_m;
+}
+
+double Greatest(const Samples& difference) {
+  return difference.cwiseAbs().maxCoeff();
+}
+
+// A detector that sees every third frame of 60 Hz.
+TEST(OwnRateTest, PenalisedCurvesUseTheRateOfTheirSegment) {
+  WhittakerOptions options;
+  for (const CutoffChoice choice :
+       {CutoffChoice::kWinter, CutoffChoice::kJackson, CutoffChoice::kYu}) {
+    options.smoothness.choice = choice;
+    EXPECT_LT(Greatest(FilterAt(20.0, WhittakerFilter(options, 60.0)) -
+                       FilterAt(20.0, WhittakerFilter(options, 20.0))),
+              1e-9);
+  }
+  // A cut-off above half the segment's rate smooths hardly.
+  options.smoothness.choice = CutoffChoice::kFixed;
+  options.smoothness.cutoff_hz = 20.0;
+  EXPECT_LT(Greatest(FilterAt(20.0, WhittakerFilter(options, 60.0)) -
+                     testing::Wiggle(60).replicate(1, 3)),
+            0.1);
+}
+
+// Steps within half a nominal frame are accepted.
+TEST(OwnRateTest, UniformFiltersUseTheRateOfTheirSegment) {
+  const auto difference = [](const SegmentFilter& nominal,
+                             const SegmentFilter& own) {
+    return Greatest(FilterAt(33.0, nominal) - FilterAt(33.0, own));
+  };
+  EXPECT_LT(
+      difference(ButterworthFilter({}, 25.0), ButterworthFilter({}, 33.0)),
+      1e-9);
+  EXPECT_LT(difference(CriticallyDampedFilter({}, 25.0),
+                       CriticallyDampedFilter({}, 33.0)),
+            1e-9);
+  EXPECT_LT(
+      difference(SavitzkyGolayFilter({}, 25.0), SavitzkyGolayFilter({}, 33.0)),
+      1e-9);
+  // A cut-off too high for the segment becomes 45 % of its rate.
+  ButterworthOptions high;
+  high.cutoff_hz = 12.0;
+  ButterworthOptions highest;
+  highest.cutoff_hz = 0.45 * 18.0;
+  EXPECT_LT(Greatest(FilterAt(18.0, ButterworthFilter(high, 25.0)) -
+                     FilterAt(18.0, ButterworthFilter(highest, 18.0))),
+            1e-9);
 }
 
 }  // namespace

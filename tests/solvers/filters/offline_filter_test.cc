@@ -65,19 +65,22 @@ TEST(OfflineFilterTest, LongGapsSplitTheSignal) {
   std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
                                         FailedFrame(2),  FailedFrame(3),
                                         FailedFrame(4),  FrameAt(5, 5.0)};
-  std::vector<size_t> lengths;
-  const auto estimator =
-      MakeOfflineFilter(Scene(), {0.12}, Points(),
-                        [&](const JointSegment& segment) -> SegmentEstimate {
-                          lengths.push_back(segment.times_s.size());
-                          return {segment.positions_m, {}};
-                        });
-  const auto finals = testing::Run(estimator.get(), frames);
-  EXPECT_EQ(lengths.size(), 2u * 17u);
-  EXPECT_EQ(lengths[0], 2u);
-  EXPECT_EQ(lengths[1], 1u);
-  for (int k = 0; k < 6; ++k) {
-    EXPECT_EQ(finals[k].person.joints[0].present(), k < 2 || k == 5) << k;
+  // Neighbouring frames are no gap, however small max_gap is.
+  for (const double max_gap_s : {0.12, 0.01, 0.0}) {
+    std::vector<size_t> lengths;
+    const auto estimator =
+        MakeOfflineFilter(Scene(), {max_gap_s}, Points(),
+                          [&](const JointSegment& segment) -> SegmentEstimate {
+                            lengths.push_back(segment.times_s.size());
+                            return {segment.positions_m, {}};
+                          });
+    const auto finals = testing::Run(estimator.get(), frames);
+    ASSERT_EQ(lengths.size(), 2u * 17u) << max_gap_s;
+    EXPECT_EQ(lengths[0], 2u);
+    EXPECT_EQ(lengths[1], 1u);
+    for (int k = 0; k < 6; ++k) {
+      EXPECT_EQ(finals[k].person.joints[0].present(), k < 2 || k == 5) << k;
+    }
   }
 }
 

@@ -182,6 +182,16 @@ TEST(DropUnsureJoints, DropsALegFarFromItsHip) {
   EXPECT_EQ(body.Missing(), (std::vector<int>{body.kKnee, body.kAnkle}));
 }
 
+TEST(DropUnsureJoints, DropsDerivativesWithTheirJoint) {
+  TrunkAndLeg body;
+  body.pose.derivatives.assign(body.kCount, JointDerivatives());
+  body.MakeUnsure(body.kAnkle, 3.0);
+  body.Move(body.kAnkle, 3.0);
+  EXPECT_EQ(body.Missing(), std::vector<int>{body.kAnkle});
+  EXPECT_FALSE(body.pose.derivatives[body.kAnkle].has_value());
+  EXPECT_TRUE(body.pose.derivatives[body.kKnee].has_value());
+}
+
 TEST(DropUnsureJoints, KeepsJointsWhoseBonesHaveTheKnownLength) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kKnee, 3.0);

@@ -212,6 +212,18 @@ TEST(PlaceUserFactors, RefusesUnknownJointsFramesAndWrongSizes) {
   EXPECT_THROW(Placed(UserFactor(), true, 7), OptionError);
 }
 
+// Ceres ends the process if a block depends on a state twice.
+TEST(PlaceUserFactors, RefusesAStateTwiceAndLossesWithoutScale) {
+  EXPECT_THROW(Placed(FactorOn({{2, 0}, {1, 0}, {2, 0}}, 3), true, 7),
+               OptionError);
+  EXPECT_NO_THROW(Placed(FactorOn({{2, 0}, {2, 1}}, 2), true, 7));
+  UserFactor factor = FactorOn({{2, 0}}, 1);
+  for (const double scale : {0.0, -1.0, std::nan("")}) {
+    factor.loss_scale = scale;
+    EXPECT_THROW(Placed(factor, true, 7), OptionError);
+  }
+}
+
 TEST(LineariseGeneral, ScalesRowsByTheRootOfTheWeight) {
   PersonProblem problem;
   problem.joints.resize(3);

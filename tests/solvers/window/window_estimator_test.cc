@@ -228,5 +228,45 @@ TEST(WindowEstimator, HighFrameRatesShareSolves) {
   EXPECT_LT(testing::RootMeanSquare(recording.truth, finals, 24), 0.015);
 }
 
+// Solves keep to the time, not to the number of frames, where frames are
+// absent.
+TEST(WindowEstimator, AbsentFramesDoNotDelaySolves) {
+  const SceneModel scene = MakeScene(240.0, false);
+  GraphOptions options;
+  options.solver = GraphSolver::kBlockTridiagonal;
+  options.lag_s = 0.1;
+  const SimulatedRecording recording = testing::Simulate(
+      scene, options, testing::WalkingMotion(scene, 240), SimulatedNoise(), 38);
+  const auto window = MakeWindowEstimator(scene, options);
+  std::vector<FinalPose> finals;
+  for (size_t k = 0; k < 240; k += 4) {
+    const EstimatorFrame& frame = recording.frames[k];
+    window->Add(frame);
+    EXPECT_EQ(window->LastTime(), frame.time) << k;
+    window->ExtractFinals(&finals);
+    const TimeNs oldest = recording.frames[4 * finals.size()].time;
+    EXPECT_LT(ToSeconds(frame.time - oldest), options.lag_s - 5e-4) << k;
+  }
+}
+
+// Views in every second frame, with one slip of the rhythm: solves, also of
+// every second frame, end in frames without views on one side of the slip.
+TEST(WindowEstimator, LastIsTheNewestMeasuredFrameOfASharedSolve) {
+  const SceneModel scene = MakeScene(120.0, false);
+  GraphOptions options;
+  options.solver = GraphSolver::kBlockTridiagonal;
+  SimulatedRecording recording = testing::Simulate(
+      scene, options, testing::WalkingMotion(scene, 140), SimulatedNoise(), 37);
+  for (size_t k = 0; k < 140; ++k) {
+    if (k % 2 == (k < 60 ? 1 : 0)) recording.frames[k].views.clear();
+  }
+  const auto window = MakeWindowEstimator(scene, options);
+  for (size_t k = 0; k < 140; ++k) {
+    const EstimatorFrame& frame = recording.frames[k];
+    window->Add(frame);
+    EXPECT_LE(ToSeconds(frame.time - window->LastTime()), 3.1 / 120.0) << k;
+  }
+}
+
 }  // namespace
 }  // namespace kinegraph
