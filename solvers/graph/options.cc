@@ -120,6 +120,12 @@ void CheckGraphOptions(const GraphOptions& options) {
     throw OptionError("graph.stages",
                       "expected positive multiples, one or more");
   }
+  constexpr double kLeastTukey = 0.1;
+  if (options.loss == LossKind::kTukey && options.loss_scale < kLeastTukey) {
+    throw OptionError("graph.loss_scale",
+                      "found less than 0.1 with graph.loss tukey, which would "
+                      "reject every observation");
+  }
   if (options.start == GraphStart::kDlt &&
       options.solver != GraphSolver::kCeres) {
     throw OptionError("graph.start",

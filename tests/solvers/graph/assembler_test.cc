@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/base/error.h"
 #include "core/base/random.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/pixel_noise.h"
@@ -102,6 +103,16 @@ TEST(Schedule, StartsConvexAndEndsWithTheConfiguredLoss) {
   EXPECT_EQ(schedule.stages[2].max_iterations, options.max_iterations);
   options.loss = LossKind::kHuber;
   EXPECT_EQ(MakeSchedule(options).stages.size(), 1u);
+}
+
+TEST(CheckGraphOptions, RefusesATukeyLossThatRejectsEverything) {
+  GraphOptions options;
+  options.loss_scale = 0.02;
+  EXPECT_NO_THROW(CheckGraphOptions(options));
+  options.loss = LossKind::kTukey;
+  EXPECT_THROW(CheckGraphOptions(options), OptionError);
+  options.loss_scale = 0.1;
+  EXPECT_NO_THROW(CheckGraphOptions(options));
 }
 
 TEST(StatusOf, DependsOnPresentPastAndNearSupport) {
