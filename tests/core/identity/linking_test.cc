@@ -156,8 +156,9 @@ TEST(LinkingTest, PausesOfADetectorAreNoGaps) {
 
 TEST(LinkingTest, NumbersOfFramesDoNotMatter) {
   // Every fourth frame of the recording, numbered 0, 4, 8 or 0, 1, 2.
+  const CrowdMaker crowd = TwoExchanged();
   std::vector<TrackFrame> stepped;
-  for (const TrackFrame& frame : TwoExchanged().frames()) {
+  for (const TrackFrame& frame : crowd.frames()) {
     if (frame.frame % 4 == 0) stepped.push_back(frame);
   }
   std::vector<TrackFrame> consecutive = stepped;
