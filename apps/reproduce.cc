@@ -40,8 +40,8 @@ constexpr const char* kTables[] = {"campus",     "campus_extended", "shelf",
 
 constexpr const char* kDetailsHeading =
     "# Details of the tables\n\nAll counts behind `reproduce.md`, for every "
-    "head conversion and endpoint rule, and the parts that each actor "
-    "lost.\n\n";
+    "head conversion and endpoint rule, and the incorrect parts of each "
+    "actor.\n\n";
 
 bool Wanted(const std::string& table) {
   return FLAGS_table.empty() || FLAGS_table == table;
@@ -71,6 +71,11 @@ void CheckSet(const BenchmarkData& data) {
                                of_shelf ? "Shelf" : "Campus", FLAGS_table));
 }
 
+// " --set='...'" as the user gave it; empty without --set.
+std::string SetFlag() {
+  return FLAGS_set.empty() ? "" : " --set=" + ShellQuoted(FLAGS_set);
+}
+
 // Collects the tables.
 struct Report {
   std::string markdown;
@@ -81,7 +86,7 @@ struct Report {
     markdown +=
         table.markdown +
         "Reproduced by `./kinegraph reproduce --data=DATA --table=" + key +
-        " --out=DIR`.\n\n";
+        SetFlag() + " --out=DIR`.\n\n";
     details += table.details;
     json["tables"][key] = std::move(table.json);
   }
@@ -146,7 +151,11 @@ std::string Heading(const Machine& machine, double processor_s, double wall_s) {
          "Estimation and Tracking; every other row was measured by this "
          "command. The detections behind the printed rows are not public, so a "
          "difference from them is not a difference of methods. A difference "
-         "whose interval includes zero is not significant.\n\n";
+         "whose interval includes zero is not significant.\n\n" +
+         (FLAGS_set.empty() ? ""
+                            : "Every configuration of this report, also where "
+                              "it is called published, was changed by `" +
+                                  SetFlag().substr(1) + "`.\n\n");
 }
 
 void RunReproduce() {
@@ -166,6 +175,7 @@ void RunReproduce() {
                             {"processors", machine.threads},
                             {"system", machine.system},
                             {"compiler", machine.compiler}};
+  if (!FLAGS_set.empty()) report.json["set"] = FLAGS_set;
   std::vector<TrackedBenchmark> tracked;
   {
     int64_t rows = 0;

@@ -387,6 +387,12 @@ std::string FirstGiven(const std::vector<std::string>& names) {
   return "";
 }
 
+std::string ShellQuoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
 void FailFlag(const std::string& name, const std::string& found,
               const std::string& expected) {
   throw InputError("--" + name + ": found '" + Printable(found) +

@@ -57,9 +57,12 @@ int RunApp(int argc, char** argv, const AppInfo& info,
 // Throws InputError when the flag --`name` was not given.
 void RequireFlag(const std::string& name, const std::string& value);
 
-// The first of the command's flags with a value other than its default; empty
-// if there is none.
+// The first of the flags `names` whose value differs from its default; empty if
+// there is none.
 std::string FirstGiven(const std::vector<std::string>& names);
+
+// The text as one word of a POSIX shell: 'text'.
+std::string ShellQuoted(const std::string& text);
 
 // Throws InputError: "--name: found 'found', expected ...".
 [[noreturn]] void FailFlag(const std::string& name, const std::string& found,
@@ -73,9 +76,10 @@ enum class CommandLineRequest { kRun, kHelp, kVersion };
 
 // Sets the gflags of the files in apps/ (and glog's --v and --vmodule) from
 // --name=value, --name value, --name and --noname (booleans); "--" ends them.
-// In a text a leading "~/" is replaced by the home folder. Throws InputError
-// for an unknown or repeated flag, a value that its type or validator rejects,
-// and for anything that is not a flag. Called by RunApp.
+// In the value of a string flag a leading "~/" is replaced by the home folder.
+// Throws InputError for an unknown flag, a repeated one (except --set, whose
+// values are joined by ";"), a value that its type or validator rejects, and
+// for anything that is not a flag. Called by RunApp.
 CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments);
 
 // The output of --help: the command's own flags, required ones (outside the

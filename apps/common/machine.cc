@@ -2,6 +2,7 @@
 
 #include <thread>
 
+#include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
@@ -27,12 +28,6 @@ std::string Field(const std::string& path, const std::string& key,
   std::string value = text.substr(begin, end - begin);
   value.erase(value.find_last_not_of(" \t\"") + 1);
   return value;
-}
-
-std::string ShellQuoted(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  return quoted + "'";
 }
 
 std::string Commit() {

@@ -134,6 +134,20 @@ TEST_F(OfficialDataTest, MakesOneTableWithACalibrationBesideTheGroundTruth) {
   EXPECT_EQ(Reproduce("--table=shelf").size(), 1u);
 }
 
+TEST_F(OfficialDataTest, ReportContainsChangedKeys) {
+  WriteSet("shelf", ".");
+  const std::string set =
+      "--set='reconstruction.alpha_epi=50;detections.max_per_view=20'";
+  Reproduce("--table=shelf " + set);
+  const std::string report = ReadTextFile(Path("out/reproduce.md"));
+  EXPECT_THAT(report, HasSubstr("was changed by `" + set + "`."));
+  EXPECT_THAT(report, HasSubstr("reproduce --data=DATA --table=shelf " + set +
+                                " --out=DIR`"));
+  const std::string path = Path("out/reproduce.json");
+  EXPECT_EQ(ParseJson(ReadTextFile(path), path)["set"],
+            "reconstruction.alpha_epi=50;detections.max_per_view=20");
+}
+
 TEST_F(OfficialDataTest, ErrorsNameWhatIsMissing) {
   const auto refusal = [&](const std::string& more) {
     return testing::Refusal("reproduce", Flags(more));
