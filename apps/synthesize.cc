@@ -18,10 +18,13 @@
 #include "core/io/files/text_file.h"
 #include "solvers/session/run.h"
 
-DEFINE_string(config, "", "scene and noise (TOML, see configs/synthetic)");
+DEFINE_string(config, "",
+              "scene and noise (TOML, see configs/synthetic); required without "
+              "--motion");
 DEFINE_string(motion, "",
               "tracks files F[,F2] whose people replace the simulated ones; "
-              "unless set, they also determine frame rate and duration");
+              "frame rate and duration also come from these files unless the "
+              "configuration sets them");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(format, "",
               "also writes the detections as another program would, to "
@@ -112,7 +115,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"synthesize",
        "makes a scene from a seed: cameras, detections and ground truth",
-       "--config=F.toml [--motion=F[,F2]] --out=DIR",
+       "[--config=F.toml] [--motion=F[,F2]] --out=DIR",
        {"--config=configs/synthetic/demo.toml --out=out/scene",
         "--config=configs/synthetic/hard.toml --set=scene.people=8 "
         "--out=out/crowd"}},

@@ -46,7 +46,8 @@ class SynthesizeTest : public CommandTest {
       EXPECT_EQ(content, ContentOf(Path(b) + "/" + name)) << name;
     }
   }
-  // A clip: a person of a simulated scene, whose truth is a tracks file.
+  // Simulates a scene with one person and returns the path of its truth, a
+  // tracks file that serves as a clip.
   std::string MakeClip() const {
     Run(folder_.Write(
             "clip.toml",
@@ -132,7 +133,7 @@ TEST_F(SynthesizeTest, BadInputGivesOneLineAndExitCodeTwo) {
 }
 
 // A folder of detections is never replaced, so neither are the other files.
-TEST_F(SynthesizeTest, ARefusedFormatLeavesTheEarlierScene) {
+TEST_F(SynthesizeTest, AnExistingDetectionsFolderLeavesTheEarlierScene) {
   const std::string config =
       folder_.Write("one.toml", "[scene]\nduration = 0.4\npeople = 1\n");
   const std::string as = Flag("format", "openpose");
@@ -141,6 +142,12 @@ TEST_F(SynthesizeTest, ARefusedFormatLeavesTheEarlierScene) {
   EXPECT_THAT(Refusal("synthesize", Flags(config, "out", "scene.seed=77") + as),
               HasSubstr("detections_openpose: exists already"));
   ExpectSameFiles("before", "out");
+}
+
+TEST_F(SynthesizeTest, HelpListsConfigAsOptional) {
+  const std::string help = Done("synthesize", "--help").output;
+  EXPECT_GT(help.find("  --config  ("), help.find("\nOptional:\n"));
+  EXPECT_LT(help.find("  --out  ("), help.find("\nOptional:\n"));
 }
 
 TEST_F(SynthesizeTest, TakesRateAndLengthFromTheClip) {
@@ -179,8 +186,8 @@ TEST_F(SynthesizeTest, AppliesConfiguredRateStartsAndHolds) {
   Refusal("synthesize", Flags(config, "c", "scene.seed=3", clip));
 }
 
-// The scene has the joints of the clip, unless its skeleton is configured.
-TEST_F(SynthesizeTest, ClipsWithoutFacesGiveDetectionsWithoutFaces) {
+// The scene has the joints of the clip, unless scene.skeleton is set.
+TEST_F(SynthesizeTest, ClipsWithoutFacesGiveATruthWithoutFaces) {
   TrackSequence clip = ReadTracks(MakeClip());
   std::vector<std::string> joints(clip.header.skeleton.joints().begin() + 5,
                                   clip.header.skeleton.joints().end());
