@@ -37,7 +37,9 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
                       "expected a rate above 0 and at most 1e6 Hz");
   }
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
-    throw OptionError("detections.first_frame", "expected a frame number >= 0");
+    throw OptionError(
+        "detections.first_frame",
+        "expected a frame number from 0 to " + std::to_string(kMaxFrame));
   }
   for (const auto& [key, most] :
        {std::pair{"detections.max_per_view", options.max_per_view},

@@ -49,11 +49,12 @@ void Check(const TrackReadOptions& options) {
                       "expected a rate above 0 and at most 1e6 Hz");
   }
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
-    throw OptionError("first_frame", "expected a frame number >= 0");
+    throw OptionError("first_frame", "expected a frame number from 0 to " +
+                                         std::to_string(kMaxFrame));
   }
 }
 
-// Any format of an adapter that is not in TrackFormats().
+// Stands for the formats of adapters that have no entry in TrackFormats().
 const TrackFormat& FormatOfAdapters() {
   static const TrackFormat kFormat = {
       "adapter",
@@ -62,13 +63,17 @@ const TrackFormat& FormatOfAdapters() {
       nullptr,
       [](const std::string& path, const TrackReadOptions& options) {
         const auto adapter = AdapterOf(path, AdapterKind::kTracks);
-        if (!adapter.has_value()) throw InputError(path, "", "has changed");
+        if (!adapter.has_value()) {
+          throw InputError(path, "",
+                           "has changed since its format was recognised");
+        }
         return ReadTracksByAdapter(*adapter, path, options);
       }};
   return kFormat;
 }
 
-// Converts from the format's usual unit to another one.
+// Corrects tracks that were read in the format's usual unit although the file
+// is in another one: `factor` is the file's unit divided by the usual one.
 void Scale(double factor, TrackSequence* tracks) {
   for (TrackFrame& frame : tracks->frames) {
     for (PersonPose& person : frame.people) {
@@ -84,7 +89,8 @@ void Scale(double factor, TrackSequence* tracks) {
 
 namespace {
 
-// An entry of the list; properties that a format lacks are omitted.
+// Builds an entry of TrackFormats(); properties that a format lacks keep their
+// defaults.
 struct Row : TrackFormat {
   Row(const char* of_name, const char* of_layout) {
     name = of_name;

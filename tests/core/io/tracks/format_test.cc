@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/data/limits.h"
 #include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/writer.h"
@@ -94,6 +95,17 @@ TEST(TrackFormats, ErrorForAnUnknownNameListsKnownNames) {
   EXPECT_THAT([&] { ReadTracks("/nowhere", options); },
               ::testing::ThrowsMessage<OptionError>(::testing::AllOf(
                   HasSubstr("'trk'"), HasSubstr("kinegraph, csv, npz, trc"))));
+}
+
+TEST(TrackFormats, ErrorForTheFirstFrameStatesBothLimits) {
+  for (const int64_t first : {int64_t{-1}, kMaxFrame + 1}) {
+    TrackReadOptions options;
+    options.first_frame = first;
+    EXPECT_THAT([&] { ReadTracks("/nowhere", options); },
+                ::testing::ThrowsMessage<OptionError>(
+                    HasSubstr("from 0 to 1125899906842624")))
+        << first;
+  }
 }
 
 // ---- names of people ----
