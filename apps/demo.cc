@@ -240,7 +240,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"demo",
-       "tracks a synthetic scene in every mode and scores it",
+       "tracks a synthetic scene in every mode and scores the results",
        "[--out=DIR]",
        {"", "--out=out/demo"}},
       kinegraph::RunDemo);

@@ -1,5 +1,6 @@
-# Defines the library of a folder from all its .cc and .h files, and the folders on
-# which it depends. Code that uses a folder not listed fails to link.
+# Defines the library of a folder from all its .cc and .h files and links it to the
+# libraries of the folders on which it depends. Code that calls functions of a folder
+# that is neither listed nor a dependency of a listed one fails to link.
 #
 #   kinegraph_library(core/geometry DEPENDS core/base LINKS Eigen3::Eigen)
 #
@@ -18,8 +19,9 @@ function(kinegraph_compile_settings target)
     # Files with their own options (kinegraph_lanes) are compiled separately.
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON
       UNITY_BUILD_BATCH_SIZE 12)
-    # GCC warns of classes with members of anonymous types in included files; in a
-    # unity build these files are sources that nothing else includes.
+    # GCC warns about classes in included files whose members have types from an
+    # anonymous namespace; in a unity build these files are sources that nothing else
+    # includes.
     target_compile_options(${target} PRIVATE
       $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()

@@ -22,22 +22,25 @@ struct Task {
   std::string recording;
   std::string configuration;
   std::vector<TaskStep> steps;
-  // Checksum of the arguments of all steps and the contents of the small files
-  // that they name. Another fingerprint means another task.
+  // Checksum of the arguments of all steps and of the contents of calibration,
+  // ground truth and configuration (not of detections). Another fingerprint
+  // means another task.
   std::string fingerprint;
 
   std::string Name() const { return recording + "/" + configuration; }
 };
 
 // The tasks in the order of the manifest: all configurations of a recording,
-// then the next recording. Throws InputError if one of the small files exists
-// but cannot be read.
+// then the next recording. Throws InputError if a file whose contents are part
+// of a fingerprint exists but cannot be read.
 std::vector<Task> TasksOf(const Manifest& manifest);
 
 enum class TaskState {
-  kMissing,  // not done yet
+  kMissing,  // no folder, or an empty one
   kDone,     // by a task with the same fingerprint
-  kOther,    // done by another task: with other inputs or settings
+  // The folder contains something else: the result of a task with other inputs
+  // or settings, or files without task.json.
+  kOther,
 };
 
 // State of the folder DIR/TAKE/CONFIGURATION, whose task.json contains the
@@ -46,7 +49,7 @@ TaskState StateOf(const Task& task, const std::string& out);
 
 struct TaskOutcome {
   bool done = false;
-  std::string error;  // one line, from the program itself
+  std::string error;  // one line: the program's error, or how it ended
 };
 
 // Runs all tasks, `jobs` at once, and calls `report` with each outcome, one at

@@ -114,15 +114,16 @@ std::string ShippedConfig(const std::string& name) {
 }
 
 std::string FindConfig(const std::string& path) {
-  // An invalid file name is reported by its reader.
-  const bool absolute = path.empty() || path.front() == '/';
-  if (absolute || IsFile(path) || IsFolder(path) || IsPipe(path)) return path;
+  // Empty and absolute paths are returned unchecked: reading them reports the
+  // error.
+  const bool unchecked = path.empty() || path.front() == '/';
+  if (unchecked || IsFile(path) || IsFolder(path) || IsPipe(path)) return path;
   const std::string found = ShippedConfig(path);
   if (!found.empty()) return found;
   if (path == "configs/graph/offline.toml" || path == "graph/offline.toml") {
     throw InputError(path, "",
-                     "is gone; use configs/offline.toml, if needed with "
-                     "--set=skeleton=NAME and input.frame_rate");
+                     "was removed; use configs/offline.toml, if necessary with "
+                     "--set='skeleton=NAME;input.frame_rate=HZ'");
   }
   throw InputError(path, "", "is not there; " + ShippedConfigs());
 }

@@ -35,7 +35,8 @@ void CheckTrackOutput(const std::string& path, MarkerNames markers,
       may_be_other ? TrackFormatOfExtension(path) : nullptr;
   if (format == nullptr && !IsOurs(path)) {
     throw InputError("--out: '" + Printable(path) + "' must end in " +
-                     TrackExtensions() + ", after a name" +
+                     TrackExtensions() +
+                     ", with a name before the extension"
                      "; `kinegraph convert` writes other formats");
   }
   if (axes && (format == nullptr || !format->axes)) {

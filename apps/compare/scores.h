@@ -55,7 +55,8 @@ struct StrategyScores {
   int64_t joints_possible = 0;
 
   // By joint of the tracks' skeleton: `balance` from the held-out cameras,
-  // empty in a study; `truth_balance` from the ground truth, empty without one.
+  // empty if several recordings are compared (study.h); `truth_balance` from
+  // the ground truth, empty without one.
   std::vector<SmoothingBalance> balance, truth_balance;
 
   std::optional<PcpResult> pcp;
@@ -72,14 +73,14 @@ struct StrategyScores {
 // Input of the smoothing balance, common to all strategies.
 struct BalanceBasis {
   std::vector<std::vector<JointTraces>> detected, raw;  // [fold][view]
-  JointTraces truth;          // by the tracks' identities and joints
+  JointTraces truth;          // relabelled to the tracks' identities and joints
   JointTraces triangulation;  // with all cameras
 };
 BalanceBasis MakeBalanceBasis(const Comparison& comparison);
 
-// Runs and scores the strategies one after another, each on all of the
-// comparison's threads, except for the lags (Score). Results do not depend on
-// the number of threads. `what` labels the progress.
+// Runs and scores the strategies one after another, each on all threads of the
+// comparison. Lags are not filled in here but by Score(). Results do not depend
+// on the number of threads. `what` labels the progress.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const std::string& what = "scoring",

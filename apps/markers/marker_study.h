@@ -38,7 +38,9 @@ const char* ToString(Align align);
 
 struct MarkerInput {
   std::string path;
-  std::string set;       // name of the marker set; empty: the file has joints
+  // Name of the marker set, or path of the rules file; empty: the file has
+  // joints.
+  std::string set;
   TrackSequence points;  // as in the file
   MarkerJoints joints;
 };

@@ -114,8 +114,8 @@ Json ValueOf(const Json& config, const std::string& dotted) {
   return *value;
 }
 
-// For a fix that consists only of --set, quoted or not: whether all its keys
-// are set.
+// Whether the configuration already has every key=value of a fix that is a
+// single --set, quoted or not. False for other fixes.
 bool IsSet(const std::string& fix, const Json& config) {
   const size_t quotes = fix.rfind("'", 0) == 0 ? 1 : 0;
   const std::string flag = "--set=";

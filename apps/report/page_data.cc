@@ -265,8 +265,8 @@ void PageMaker::AddMoments(size_t r, std::vector<Moment> moments) {
   }
 }
 
-// The reference of a result's distances: the ground truth; without one, the
-// first result, and the second for the first.
+// What a result is compared with: the ground truth if there is one, otherwise
+// the first result (the second one for the first result itself).
 std::optional<size_t> PageMaker::ReferenceOf(size_t r) const {
   if (input_.results[r].role == ResultRole::kGroundTruth) return std::nullopt;
   for (size_t other = 0; other < input_.results.size(); ++other) {
@@ -540,9 +540,9 @@ void PageMaker::FindUp(const TrackSequence& lead) {
   if (cameras.norm() > 0.0) up_ = cameras.normalized();
   if (!IsHuman(lead.header.skeleton)) return;
   data_.notes.emplace_back(
-      "the up direction is unknown, because people may be lying: the page uses "
-      "that of the cameras, else z, and omits angles that depend on it (set it "
-      "with --up=z)");
+      "the up direction is unknown, because the people may be lying down: the "
+      "page uses that of the cameras, else z, and omits angles that depend on "
+      "it (set it with --up=z)");
 }
 
 PageData PageMaker::Make() {

@@ -14,7 +14,8 @@ namespace kinegraph {
 
 class PoseArrays {
  public:
-  // Coordinates are quantised in steps that fit the largest person of `tracks`.
+  // Offsets of joints are quantised in the finest step, at least 0.1 mm, for
+  // which the largest person of `tracks` fits into int16.
   PoseArrays(const TrackSequence& tracks, size_t view_count);
 
   size_t count() const { return frame_.size(); }
@@ -25,13 +26,14 @@ class PoseArrays {
   // Add data to the last pose. A negative difference means none.
   void AddResiduals(const std::vector<ViewPair>& pairs);
   void AddDifference(double difference_m);
-  // Add extras to the last pose, only in every extras_stride-th frame.
+  // Add extras to the last pose. To be called only for frames whose index is a
+  // multiple of extras_stride.
   void AddMatches(const PersonPose& person, const std::vector<ViewPair>& pairs,
                   const DetectionPairing& pairing);
   void AddCovariances(const PersonPose& person);
 
-  // Write the poses, and all other data; the latter adds the sizes of
-  // detections and covariances to `data`.
+  // PosesTo writes the poses, DetailsTo all other arrays; DetailsTo also adds
+  // the sizes of detections and covariances to `data`.
   void PosesTo(Json* json) const;
   void DetailsTo(Json* json, PageData* data) const;
 

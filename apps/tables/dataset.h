@@ -28,8 +28,9 @@ struct Dataset {
   PcpProtocol protocol;
 };
 
-// Shelf with the reference's filled detections (the authors' configuration and
-// warm-up) and with real ones (the paper's text), Campus with three levels of
+// Shelf with detections in which missing joints are filled in, tracked with the
+// configuration of the authors' code; Shelf with the detector's own output,
+// tracked with the parameters of the paper's text; Campus with three levels of
 // modelled noise.
 Dataset ShelfFilled();
 Dataset ShelfReal();
@@ -142,7 +143,8 @@ PublishedTable PublishedCampusParts();
 PublishedTable PublishedShelfParts();
 // Milliseconds per frame by stage on Shelf, and frames per second.
 PublishedTable PublishedRuntime();
-// The ablation, quoted from the text: the figure is not in the paper's source.
+// The ablation, quoted from the text, because the values of the figure are not
+// available.
 PublishedTable PublishedAblation();
 
 }  // namespace kinegraph

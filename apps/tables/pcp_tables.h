@@ -65,7 +65,8 @@ Json PartsJson(const Share& share);
 
 // PCP by actor: the printed rows with every measured row under the paper's head
 // conversion and mean rule, then the means under every conversion and rule. The
-// details hold all counts, and the lost parts of each actor with their frames.
+// details hold all counts, and the incorrect parts of each actor with their
+// frames.
 TableOutput ActorTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,

@@ -464,8 +464,8 @@ std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps) {
     double shift = -kBarShift;
     for (const Sweep& sweep : sweeps) {
       if (sweep.parameter != parameter.name) continue;
-      // The set is part of the title of the plot: "modelled hard" of "Campus,
-      // modelled hard".
+      // The section's heading names the set, so the legend shows only the rest:
+      // "modelled hard" for "Campus, modelled hard".
       const std::string& name = sweep.dataset.name;
       const size_t comma = name.find(", ");
       PlotSeries line = {
@@ -555,8 +555,9 @@ TableOutput RuntimeTable(const BenchmarkData& data) {
       std::to_string(kRepetitions) +
       " runs over the recording. Languages, machines and detections differ, so "
       "only orders of magnitude are comparable. The paper's stages: affinity, "
-      "association, reconstruction and initialisation. `preparation`: joint "
-      "sets and undistortion; `estimation`: the smoothing (paper mode) or the "
+      "association, reconstruction and initialisation. `preparation`: "
+      "conversion of skeletons and undistortion; `estimation`: the smoothing "
+      "(paper mode) or the "
       "window's solver. The batch solves when the recording has ended, so its "
       "solver is only in `total`, as are second passes.\n\n" +
       table.ToString(TableStyle::kMarkdown) + "\n";

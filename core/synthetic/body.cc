@@ -35,7 +35,7 @@ double ReachableDistance(double wanted_m, double leg_m) {
 }
 
 // Rotation whose z axis points from `low` to `high` and whose x axis lies in
-// the plane of `forward`.
+// the plane spanned by z and `forward`.
 Matrix3d AlongBone(const Vector3d& low, const Vector3d& high,
                    const Vector3d& forward) {
   const Vector3d z = (high - low).normalized();

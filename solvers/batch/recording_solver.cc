@@ -20,8 +20,8 @@ double Seconds(const PersonProblem& problem, size_t from, size_t to) {
   return ToSeconds(problem.times[to] - problem.times[from]);
 }
 
-// Whether any joint is measured by two views in fewer than `wanted` of the
-// frames begin .. end - 1. One view leaves the depth free.
+// Whether some joint has fewer than `wanted` frames among begin .. end - 1 in
+// which at least two views measure it. One view leaves the depth free.
 bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
                  size_t wanted) {
   for (const JointChain& chain : problem.joints) {
@@ -50,8 +50,9 @@ size_t EndWithin(const PersonProblem& problem, size_t k, double most_s) {
   return end;
 }
 
-// The chunk that owns frames begin .. end - 1. Where a joint has a gap in the
-// overlap, extends until two views measure it in enough frames beyond.
+// The chunk that owns frames begin .. end - 1. Each overlap is extended, up to
+// kMostOverlapS, until two views measure every joint in at least half as many
+// of its frames as the overlap had originally.
 Chunk ChunkOf(const PersonProblem& problem, size_t begin, size_t end) {
   Chunk chunk = {FirstWithin(problem, begin, kOverlapS),
                  EndWithin(problem, end - 1, kOverlapS), begin, end};
@@ -216,8 +217,9 @@ void PasteKnown(const KnownFrames& known, PersonProblem* recording) {
 
 namespace {
 
-// The chunk as a separate problem. Where the recording has earlier frames,
-// its first states get a birth prior at their starts.
+// The chunk as a separate problem. If frames precede the chunk, its first
+// states get a birth prior centred on their current positions instead of the
+// recording's prior.
 PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
   const auto at = [](const auto& values, size_t k) {
     return values.begin() + k;
@@ -374,8 +376,8 @@ std::vector<std::vector<Matrix>> RecordingSolver::InChunks(
     const PersonProblem& recording, const Of& of) {
   FreeWorkSpace();
   const std::vector<Chunk> chunks = MakeChunks(recording, options_.chunk_s);
-  // Each chunk writes its own frames. A joint without covariances in any chunk
-  // has none at all.
+  // Each chunk writes its own frames. If the covariances of a joint are missing
+  // in even one chunk, the joint gets none.
   const size_t joints = recording.joints.size();
   std::vector<std::vector<Matrix>> whole(
       joints, std::vector<Matrix>(recording.times.size()));

@@ -29,8 +29,9 @@ struct BundleOptions {
   double centre_sigma_m = 0.1;
   double shift_sigma_px = 30.0;
   double focal_sigma = 0.05;
-  // Logarithm of the ratio of the given focal length, the prior's mean, to that
-  // of the camera; one per view. Empty: all zero.
+  // Mean of the prior on log(focal length / focal length of `cameras`), one per
+  // view: not zero if the prior is centred on another value than the start.
+  // Empty: all zero.
   std::vector<double> focal_prior;
   double lens_sigma = 0.3;  // k1, k2
   double offset_sigma_s = 0.5;
@@ -38,7 +39,8 @@ struct BundleOptions {
   // Number of correlated samples per independent sample, at least 1. A fit
   // overestimates the recording's information by this factor, so the prior
   // information of rotations, centres, shifts and focal lengths is multiplied
-  // by it. The covariance compensates for this.
+  // by it. Covariance() remains correct: in the sandwich the scores of the
+  // prior are scaled accordingly (AddPrior).
   double samples_at_once = 1.0;
   // Standard deviation of a detector's constant offsets [m, per axis
   // perpendicular to the ray]: one offset per person, joint and view is
@@ -73,8 +75,8 @@ struct BundleResult {
 
 // Estimates the free parameters of every view with a true entry in `moves`
 // (empty: all). If all centres are free, the cameras' mean rotation, mean
-// translation and mean distance are fixed; if clocks are free, the first view's
-// clock is the reference.
+// translation and mean distance from their centroid are kept; if clocks are
+// free, the first view's clock is the reference.
 BundleResult AdjustBundle(const CameraRig& cameras,
                           const SceneSegments& segments,
                           const FreeParameters& free,
@@ -135,9 +137,9 @@ class ReducedSystem {
   // Robust Statistics, ch. 6), and at least the inverse information in every
   // direction. A recording has few blocks for its many parameters, so the
   // variance of single directions may be too small by chance; the covariance of
-  // the scores is therefore shrunk towards a multiple of the information
-  // (Ledoit and Wolf, "A Well-Conditioned Estimator for Large-Dimensional
-  // Covariance Matrices", 2004). Empty if nothing is free.
+  // the scores is therefore shrunk towards a multiple of the information: the
+  // mean under an inverse Wishart prior that counts as many blocks as there are
+  // parameters. Empty if nothing is free.
   Eigen::MatrixXd Covariance() const;
 
   // Largest correlation of a clock parameter with a camera parameter, by the

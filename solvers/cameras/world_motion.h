@@ -7,10 +7,11 @@
 
 namespace kinegraph {
 
-// The similarity transformation that maps points in the world of the old
-// cameras to the points that the new cameras see at the same pixels.
+// How far the world moved, from sampled points in the world of the old cameras
+// and the points that the new cameras see at the same pixels.
 struct WorldMotion {
   double moved_m = 0.0;  // mean displacement of the points
+  // Of the similarity transformation fitted to the points.
   double turned_deg = 0.0;
   double scale = 1.0;  // of lengths
 };

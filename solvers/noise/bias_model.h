@@ -53,8 +53,8 @@ class BiasJoints {
   // One per name.
   const std::vector<JointClass>& classes() const { return classes_; }
 
-  // The stance from shoulders and hips; nullopt if `at` lacks any of the four,
-  // or if they coincide.
+  // The stance from shoulders and hips; nullopt if `at` lacks any of the four
+  // joints or they do not determine the axes of the trunk.
   using PositionOf =
       std::function<std::optional<Eigen::Vector3d>(int joint_idx)>;
   std::optional<BodyStance> FrameOf(const PositionOf& at) const;

@@ -55,9 +55,10 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
 }
 
 void SetUp::Look() {
-  // Approximate number of comparisons of each pair of views, which bounds the
-  // number of examined frames; the search for readings needs most of them,
-  // because it tries every camera for either view.
+  // Approximate number of times each pair of views will be compared;
+  // FramesToLookAt() returns fewer frames if it is large. Most comparisons come
+  // from the search for other interpretations of the files (Stage::kReadings),
+  // which tries every camera for each of the two views.
   const int looks = 25 + 2 * static_cast<int>(cameras.size());
   raw = PeopleOfViews(detections);
   frames = FramesToLookAt(raw, options.frames_to_look_at, looks);
@@ -158,8 +159,9 @@ class Doctor {
   void AskThoseThatCompete() {
     constexpr int kMostChanges = 3;
     Note(
-        fmt::format("with the calibration as read, the views agree to {:.2f} "
-                    "of 1 ({:.1f} px from the epipolar lines)",
+        fmt::format("with the calibration as read, the agreement of the views "
+                    "is {:.2f} (1 is perfect; joints lie {:.1f} px from the "
+                    "epipolar lines on average)",
                     set_up_.agreement.score(), set_up_.agreement.mean_px()));
     std::vector<Hypothesis> asked = Hypotheses();
     while (set_up_.readings_changed < kMostChanges) {
@@ -193,10 +195,11 @@ class Doctor {
       return false;
     }
     Ask(Stage::kJumps);
-    Note(fmt::format(
-        "matched joints lie {:.2f} px from their best-fitting position in 3D "
-        "(mean, capped at 30 px), in {} motion segments of 0.2 s",
-        set_up_.Fit().MeanPx(), set_up_.segments.segments.size()));
+    Note(
+        fmt::format("matched joints lie {:.2f} px from the projection of their "
+                    "best-fitting 3D position (mean, capped at 30 px), in {} "
+                    "motion segments of 0.2 s",
+                    set_up_.Fit().MeanPx(), set_up_.segments.segments.size()));
     Ask(Stage::kMatches);
     return true;
   }
@@ -220,7 +223,7 @@ class Doctor {
         frame.views[view].detections.clear();
       }
     }
-    if (stage == Stage::kFiles) return;  // recomputed below
+    if (stage == Stage::kFiles) return;  // Run() calls Look() later
     set_up_.Look();
     if (stage < Stage::kStrangers) return;
     if (answer.segments) {
@@ -230,7 +233,8 @@ class Doctor {
     }
   }
 
-  // The finished diagnosis; its verdict is `otherwise` if no fault was found.
+  // The finished diagnosis; its verdict is `otherwise` if no significant fault
+  // was found.
   Diagnosis Closed(DoctorVerdict otherwise) {
     diagnosis_.cameras = set_up_.NamedCameras();
     const bool suspect =

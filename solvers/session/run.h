@@ -70,19 +70,20 @@ TrackSequence TrackSequenceOf(
 
 // A run whose matches are kept (core/tracking/replay.h).
 struct FrozenRun {
-  RunScene scene;      // cameras in the run's metres
-  SubjectScale scale;  // of the run's metres
+  RunScene scene;      // cameras in the run's unit of length
+  SubjectScale scale;  // defines that unit
   // As passed to the tracker: only used views, with the warm-up before
   // `first_frame`.
   DetectionSequence detections;
   int64_t first_frame = 0;  // the first frame written
   FrozenMatches matches;
-  TrackSequence tracks;  // output of the run itself
+  TrackSequence tracks;  // output of the run itself, in metres of the world
 };
 
 // Tracks detections in memory and freezes the matches, after refining cameras
-// and clocks if the options request it. Runs a single pass regardless of
-// tracking.second_pass, and ignores cameras.ground.
+// and clocks if the options request it. Runs a single pass without linking
+// identities, regardless of tracking.second_pass and identity.link, and ignores
+// cameras.ground.
 FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
                          const DetectionSequence& detections);
 

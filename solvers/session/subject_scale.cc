@@ -71,7 +71,8 @@ TrackFrame SubjectScale::Times(double factor, TrackFrame frame) {
 LearntNoise SubjectScale::IntoWorld(LearntNoise noise) const {
   const double squared = metres_ * metres_;
   for (LearntNoise::OfClass& of_class : noise.classes) {
-    of_class.sigma_px *= metres_;  // refers to a distance in metres
+    // Stated for a reference distance in metres; proportional to 1 / distance.
+    of_class.sigma_px *= metres_;
     of_class.process_noise *= squared;
     of_class.least_process_noise *= squared;
     of_class.greatest_process_noise *= squared;

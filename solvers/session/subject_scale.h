@@ -1,7 +1,9 @@
-// The unit of length of a run. All constants and options for distances, speeds
-// and noise in tracker and estimators hold for people. A mouse or a fly moves
-// similarly relative to its size, so the run divides the world by this scale
-// and multiplies its results by it.
+// The unit of length of a run. Constants and options that describe the subject
+// (gates, speeds, noise) hold for people. A mouse or a fly moves similarly
+// relative to its size, so these remain unchanged; instead the run divides the
+// world by this scale and multiplies its results by it. Options that describe
+// the place (working distance, entries) and a given bias of the detector are in
+// metres of the world and are divided as well.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
 
@@ -20,7 +22,7 @@ inline constexpr double kPersonSize_m = 1.7;
 
 class SubjectScale {
  public:
-  SubjectScale() = default;  // people: all values unchanged, bit by bit
+  SubjectScale() = default;  // people: all values unchanged, bit for bit
   // The scale of a subject of this size [m], i.e. stature or extent.
   static SubjectScale OfSize(double size_m);
 
@@ -30,8 +32,8 @@ class SubjectScale {
   bool is_one() const { return metres_ == 1.0; }
 
   CameraRig IntoRun(const CameraRig& cameras) const;
-  // Scales options that are distances or positions in the world, and a known
-  // bias of the detector.
+  // Scales the options that are in metres of the world: working distance,
+  // entries and a given bias of the detector.
   RunOptions IntoRun(RunOptions options) const;
   TrackFrame IntoRun(TrackFrame frame) const {
     return Times(1 / metres_, frame);

@@ -152,7 +152,7 @@ TEST_F(TrackResultTest, DoctorAsksForTheRateOfAPipe) {
 TEST_F(TrackResultTest, AnExtensionIsNoName) {
   for (const char* name : {".trc", ".jsonl"}) {
     EXPECT_THAT(Refusal("track", Flags(Path("first.jsonl"), name)),
-                HasSubstr("after a name"));
+                HasSubstr("with a name before"));
     EXPECT_FALSE(fs::exists(Path(name)));
   }
 }

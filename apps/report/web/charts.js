@@ -1,5 +1,5 @@
 // The timelines and their data series.
-import { LENGTH, MISSING, NO_ANGLE, NO_VALUE, PALETTE, SPEED, byId, colourOf, dark, data, decode, element, frameCount, lowerBound, nameOf, results, times, viewCount } from './data.js';
+import { LENGTH, MISSING, NO_ANGLE, NO_VALUE, PALETTE, SPEED, byId, colourOf, dark, data, decode, element, frameCount, lastAtMost, nameOf, results, times, viewCount } from './data.js';
 import { onFrame, pause, setFrame } from './playback.js';
 
 // Space left of a plot for names and the numbers of the axis [px].
@@ -22,7 +22,7 @@ const AXIS = 16;  // px under a plot, for times
 // The place of a time among the frames, which are evenly spaced in a plot although
 // there may be gaps between their times; a fraction within a gap.
 function placeOfTime(time) {
-  const f = lowerBound(times, time), next = times[f + 1];
+  const f = lastAtMost(times, time), next = times[f + 1];
   return next > times[f] ? f + (time - times[f]) / (next - times[f]) : f;
 }
 

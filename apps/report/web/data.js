@@ -12,8 +12,8 @@ export function decode(text, Type) {
 
 export const OBSERVED = 2, INFERRED = 1, MISSING = 0;
 export const NO_VALUE = 65535, NO_WEIGHT = 255, NO_ANGLE = -32768;
-// Robust losses never give a weight of exactly zero: a joint counts as rejected
-// below a tenth (20 of 200).
+// Most robust losses never give a weight of exactly zero, so a joint counts as
+// rejected below a tenth (20 of 200).
 export const REJECTED = 20;
 export const frameNumbers = decode(data.frames, Float64Array);
 export const times = decode(data.times, Float64Array);
@@ -103,7 +103,7 @@ export function element(tag, properties, children) {
 }
 
 // The largest index whose entry is at most `value`; 0 if there is none.
-export function lowerBound(list, value) {
+export function lastAtMost(list, value) {
   let low = 0, high = list.length - 1;
   while (low < high) {
     const mid = (low + high + 1) >> 1;

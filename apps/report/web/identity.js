@@ -19,7 +19,7 @@ function tellEdit(result, edit) {
     case 'join': return who[1] + ' is ' + who[0] + margin;
     case 'undecided': return who[1] + ' may be ' + who[0] + margin;
     case 'swap': return who[0] + ' and ' + who[1] + ' exchanged' + margin;
-    case 'cut': return who[0] + (edit.persons[1] === undefined ? ' is another person' : ' becomes ' + who[1]) + margin;
+    case 'cut': return who[0] + (edit.persons[1] === undefined ? ' is someone else in these frames' : ' becomes ' + who[1]) + margin;
     case 'delete': return who[0] + ' is not a person';
     default: return edit.persons[0] + ' is called ' + edit.name;
   }

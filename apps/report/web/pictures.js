@@ -1,5 +1,5 @@
 // Images and videos behind the panels.
-import { dark, decode, element, frameCount, frameNumbers, lowerBound, times } from './data.js';
+import { dark, decode, element, frameCount, frameNumbers, lastAtMost, times } from './data.js';
 import { state } from './playback.js';
 
 const KEPT_PICTURES = 24, AHEAD = 6;
@@ -15,7 +15,7 @@ function fileUrl(path) { return path.split('/').map(encodeURIComponent).join('/'
 function pictureSource(panel, f) {
   const inside = panel.camera.pictures;
   if (!inside) return panel.camera.images ? pictureUrl(panel.camera.images, frameNumbers[f]) : undefined;
-  const at = lowerBound(inside.at, f);
+  const at = lastAtMost(inside.at, f);
   if (inside.at[at] > f) return undefined;
   const bytes = inside.base64[at];
   return 'data:image/' + (bytes.startsWith('/9j/') ? 'jpeg' : 'png') + ';base64,' + bytes;

@@ -1,5 +1,5 @@
 // The 3D view, with names and cameras.
-import { INFERRED, MISSING, OBSERVED, byId, colourOf, data, lowerBound, nameOf, results, times } from './data.js';
+import { INFERRED, MISSING, OBSERVED, byId, colourOf, data, lastAtMost, nameOf, results, times } from './data.js';
 import { state } from './playback.js';
 
 export const up = new THREE.Vector3().fromArray(data.up);
@@ -188,7 +188,7 @@ export class Scene {
     if (!show.trails) return;
     const history = result.ofPerson[result.person[p]];
     const position = body.trail.geometry.attributes.position;
-    let at = lowerBound(history, p), count = 0;
+    let at = lastAtMost(history, p), count = 0;
     const last = times[result.frame[p]];
     for (; at >= 0 && count < TRAIL_POINTS && last - times[result.frame[history[at]]] < TRAIL_SECONDS; --at) {
       const c = footOf(result, history[at]);

@@ -12,18 +12,19 @@
 
 namespace kinegraph {
 
-// Throws InputError without a file name (bulk_json.h).
+// The InputError that it throws does not name the file; the caller adds the
+// name (bulk_json.h).
 Skeleton ReadSkeleton(JsonValue value);
 
 // Reads a skeleton that an adapter specifies: the name of a built-in skeleton,
 // or
 // {"joints": labels in any spelling, "bones": pairs (optional)}, which is
-// translated to kinegraph's names (SkeletonOfLabels). Throws InputError without
-// a file name.
+// translated to kinegraph's names (SkeletonOfLabels). Its InputError does
+// not name the file.
 Skeleton ReadStatedSkeleton(JsonValue value);
 
 // Reads pairs of joint numbers from `first` to `last`, as indices from 0.
-// Throws InputError "KEY: ..." without a file name.
+// Throws InputError "KEY: ...", which does not name the file.
 std::vector<Bone> ReadBones(JsonValue value, std::string_view key, int first,
                             int last);
 

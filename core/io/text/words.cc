@@ -43,8 +43,8 @@ int64_t Words::Integer(const char* what, int64_t low, int64_t high) {
   const std::string_view word = Need(what);
   const auto number = ParseNumber<int64_t>(WithoutPlus(word));
   if (number.has_value() && *number >= low && *number <= high) return *number;
-  Fail(word, std::string(what) + ", a whole number of " + std::to_string(low) +
-                 " .. " + std::to_string(high));
+  Fail(word, std::string(what) + ", a whole number from " +
+                 std::to_string(low) + " to " + std::to_string(high));
 }
 
 void Words::Fail(std::string_view found, const std::string& expected) {

@@ -165,8 +165,8 @@ TEST(KnownAnswersTest, CrossViewTrackingOnCampus) {
 }
 
 // Single-person tools on actor 0 (data/shelf/peers/README.md): PCP by both
-// rules with two decimals, acceleration [mm/frame^2] to `last_digit_mm`, bone
-// spread and error [mm] with one decimal.
+// rules with two decimals, acceleration [mm/frame^2] printed with a last digit
+// of `last_digit_mm`, bone spread and error [mm] with one decimal.
 TEST(KnownAnswersTest, SinglePersonPeersOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");

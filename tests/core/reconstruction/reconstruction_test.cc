@@ -17,7 +17,8 @@ class ReconstructionTest : public ::testing::Test {
     }
   }
 
-  // Updates with the first views at these ages [frames] and predicted_.
+  // Updates with the first ages_frames.size() views, each of the given age
+  // [frames], and with the prediction predicted_.
   bool Update(const std::vector<double>& ages_frames) {
     std::vector<UsedView> views;
     for (size_t v = 0; v < ages_frames.size(); ++v) {
@@ -107,7 +108,7 @@ TEST_F(ReconstructionTest, OldViewsCountOnlyWithFewFreshViews) {
   ASSERT_TRUE(Update({0, 1}));
   EXPECT_TRUE(out_.triangulated[0]);
   EXPECT_EQ(out_.pose[0].status, JointStatus::kInferred)
-      << "one view of this frame is no observation";
+      << "kObserved requires two views of this frame";
 }
 
 TEST_F(ReconstructionTest, SixLostJointsOfSeventeenFailFiveDoNot) {
@@ -121,21 +122,24 @@ TEST_F(ReconstructionTest, SixLostJointsOfSeventeenFailFiveDoNot) {
   EXPECT_EQ(out_.seen_joints, 17);
 }
 
-// Two views that each miss different joints do not conflict in any.
-TEST_F(ReconstructionTest, JointsOfOneViewAreNotLostInGraphMode) {
+// If two views measure different joints, they contradict each other in none of
+// these. Lost rule: kContradicted.
+TEST_F(ReconstructionTest, JointsOfOneViewDoNotFailTheUpdate) {
   for (int j = 0; j < 12; ++j) SeenBy(j, {j % 2});
   EXPECT_TRUE(Update({0, 0}));
   EXPECT_EQ(out_.seen_joints, 17);
   EXPECT_EQ(out_.lost_joints, 12);
   EXPECT_EQ(out_.alone_joints, 12);
-  // 4 of 17 are less than a quarter.
+  // Now both views measure only 4 of the 17 joints, less than the required
+  // quarter.
   SeenBy(12, {0});
   EXPECT_FALSE(Update({0, 0}));
 }
 
 TEST_F(ReconstructionTest, ContradictionsFailInGraphModeToo) {
   for (int j = 0; j < 8; ++j) SeenBy(j, {j % 2});
-  // Three of the nine joints measured by two views may contradict.
+  // Up to max_lost_share = 1/3 of the nine joints measured by two views may be
+  // contradictory.
   for (int j = 8; j < 11; ++j) Lower(1, 150.0, j);
   EXPECT_TRUE(Update({0, 0}));
   EXPECT_EQ(out_.lost_joints, 11);
@@ -281,8 +285,9 @@ TEST_F(JointsFilterTest, TiesRemoveSecondRayWithPredictionElseFirst) {
 
 TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
   // View 0 contradicts view 1 slightly and view 2 strongly; the prediction is
-  // nearer to ray 0 than to ray 1, but not nearer than to ray 2. By view order
-  // 1 is removed first and then 0; worst first, 0 is removed and 1 is kept.
+  // nearest to ray 2, then to ray 0, then to ray 1. By view order, view 1 is
+  // removed first and then view 0; worst first, view 0 is removed and view 1
+  // is kept.
   auto rays = Rays({{0, 45}, {0, 0}, {0, -30}});
   const EpipolarGeometry epipolar(cameras_);
   const auto distance_px = [&](int a, int b) {
@@ -293,7 +298,7 @@ TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
   ASSERT_GT(e02, e01);
   ASSERT_GT(e01, e12);
   const double alpha_px = 0.5 * (e01 + e12);  // 0-1 and 0-2 are in conflict
-  // A prediction whose distance from the rays is 2 < 0 < 1.
+  // A prediction whose distances d from the rays satisfy d2 < d0 < d1.
   Eigen::Vector3d predicted = point_;
   bool found = false;
   for (double up = -0.4; up < 0.4 && !found; up += 0.005) {
@@ -313,14 +318,15 @@ TEST_F(JointsFilterTest, OrderOfConflictsMatters) {
 }
 
 TEST_F(JointsFilterTest, RowSumsIncludeRemovedViews) {
-  // View 0 is far from all others and is removed first; its column still
-  // contributes to the sums that decide between views 1 and 2.
+  // View 0 contradicts all others and is removed first; it still contributes
+  // to the sums that decide between views 1 and 2.
   StandInARow({0.0, 0.5, 1.0, 1.5});
-  // For parallel cameras in a row, the distance is the difference of image
-  // rows. Rows 360, 240, 265, 250 and alpha 20, so E of a pair is 1 -
-  // difference / 20. Sums over all views: 1: -5 + 1 - .25 + .5 = -3.75; 2:
-  // -3.75 - .25 + 1 + .25 = -2.75: view 1 goes. Without view 0 they would be
-  // 1.25 and 1.0, and view 2 would go.
+  // For parallel cameras side by side the epipolar distance is the difference
+  // of the v coordinates, here 360, 240, 265 and 250; with alpha = 20,
+  // E = 1 - |dv| / 20. The sum of E over all views is -5 + 1 - .25 + .5 = -3.75
+  // for view 1 and -3.75 - .25 + 1 + .25 = -2.75 for view 2, so view 1 is
+  // removed. Without view 0 the sums would be 1.25 and 1.0, and view 2 would be
+  // removed.
   const std::vector<JointRay> rays = {
       {0, {320, 360}}, {1, {320, 240}}, {2, {320, 265}}, {3, {320, 250}}};
   EXPECT_EQ(Apply(rays, nullptr), (Kept{0, 0, 1, 1}));

@@ -140,7 +140,7 @@ TEST_F(TrackerTest, OneViewSufficesWhileOlderViewsCount) {
   EXPECT_EQ(frames_[7].people.size(), 0u);
   for (const Joint3d& joint : frames_[5].people[0].joints) {
     EXPECT_EQ(joint.status, JointStatus::kInferred)
-        << "one view of the frame is no observation";
+        << "kObserved requires two views of the frame";
   }
 }
 
