@@ -90,7 +90,8 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
   return steps;
 }
 
-// The path with a checksum of the file; for folders the path alone.
+// The path with a checksum of the file; without one for anything but a regular
+// file.
 std::string ContentMark(const std::string& path) {
   if (path.empty() || !IsFile(path) || IsPipe(path)) return path + "\n";
   return fmt::format("{} {:08x}\n", path, Crc32(ReadBytes(path)));

@@ -101,7 +101,7 @@ void PoseArrays::AddMatches(const PersonPose& person,
     for (size_t j = 0; j < match.weights.size(); ++j) {
       if (!match.weights[j].has_value()) continue;
       const double weight = std::clamp(*match.weights[j], 0.0, 1.0);
-      // A small positive weight must not be shown as rejected.
+      // Rounded up, so that only a weight of zero is stored as 0.
       weight_[at + static_cast<size_t>(view) * joint_count + j] =
           static_cast<uint8_t>(std::ceil(weight * kWeightSteps));
     }

@@ -98,7 +98,7 @@ struct FreeParameters {
 };
 
 // Clock parameters that a recording of this length determines: the offset and,
-// if 100 ppm amount to at least two milliseconds, the drift.
+// if 100 ppm amount to more than two milliseconds, the drift.
 FreeParameters ClockParametersOf(double span_s);
 
 }  // namespace kinegraph

@@ -104,7 +104,8 @@ void CameraUncertainty::AddToPerson(const DetectionFrame& seen, double passed_s,
     known += 1.0;
     left.pop_back();
   }
-  // Joints without an observation receive the mean addition of the others.
+  // Joints observed by fewer than two views receive the mean addition of the
+  // others.
   if (known == 0.0) return;
   for (const size_t j : left) *person->covariances[j] += mean / known;
 }

@@ -89,7 +89,8 @@ void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
 
 // The detections with each view's capture times corrected by its clock's offset
 // and drift, in the frames nearest to the corrected times. Detections more than
-// one frame interval from any frame are dropped.
+// one frame interval from any frame are dropped; if several captures of a view
+// are nearest to one frame, only the nearest of them is kept.
 DetectionSequence WithClocks(const DetectionSequence& detections,
                              const std::vector<CameraChange>& changes);
 

@@ -48,9 +48,9 @@ inline constexpr double kLongestLagS = 10.0;
 // Number of detections needed to judge a view.
 inline constexpr int kEnoughDetections = 20;
 
-// Whether a view has practically no matches: fewer than a fifth of its
-// detections are matched, and so few that a view with half of them matched
-// would have no more in one of a hundred recordings.
+// Whether a view has practically no matches: at most a fifth of its detections
+// are matched, and so few that a view in which each detection is matched with
+// probability 1/2 would have no more in at most one of a hundred recordings.
 inline bool HardlyAny(int64_t matched, int64_t all) {
   constexpr double kShare = 0.2;
   constexpr double kChance = 0.01;

@@ -295,8 +295,8 @@ struct Upturn {
   double cost = std::numeric_limits<double>::infinity();
 };
 
-// The most likely up near a candidate. The fit is linear in the slope; two
-// iterations suffice for tilts of a few degrees.
+// The most likely up near a candidate. The fit is linear in the slope, so a few
+// rounds suffice for tilts of a few degrees.
 Upturn TurnUp(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
               const Guess& guess) {
   Upturn result;

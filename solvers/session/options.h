@@ -58,8 +58,8 @@ struct RunOptions {
 
 // The options as the run's mode interprets them: paper mode counts a track's
 // life in frames of 25 Hz and never backfills, bridges gaps, runs a second pass
-// or links, regardless of the keys; graph mode counts seconds. Every run
-// applies this; it is idempotent.
+// or links, regardless of the keys; graph mode counts seconds. Independent
+// frames are linked in neither mode. Every run applies this; it is idempotent.
 RunOptions WithRulesOfMode(RunOptions options);
 
 // Reads a configuration with the command line's changes: `set` as in --set,

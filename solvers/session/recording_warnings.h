@@ -71,9 +71,9 @@ double TypicalHeight(const std::vector<PersonReport>& people);
 // the range, as flags joined by " or "; empty if there are none.
 std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
-// Adds the doctor's findings without tracking, then implausible results. If a
-// finding explains them, implausible results and RecordingReport::cameras_off
-// are omitted.
+// Adds the findings of the doctor, which does not track here, and implausible
+// results of the run. If a finding explains them, implausible results and
+// RecordingReport::cameras_off are omitted.
 void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
                  RecordingReport* report);
 

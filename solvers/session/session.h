@@ -80,7 +80,8 @@ class Session {
   // used views only and ascending times of the run's own clock; set before the
   // first frame.
   void set_frame_listener(std::function<void(const DetectionFrame&)> listener);
-  // Called with the number of frames read so far, over both passes.
+  // Called with the number of frames read so far, over both passes; frames kept
+  // in memory for the second pass are counted once.
   void set_progress(std::function<void(int64_t)> progress);
 
   // Processes the next frame, with all views of the header; frames must ascend,
@@ -102,8 +103,8 @@ class Session {
 
   // Counts of the frames returned so far.
   const RunSummary& summary() const;
-  // The length in the world of one metre in tracker and estimators. Known once
-  // the first frame has been passed to them; before that, the scale of people.
+  // The length in the world of one metre in tracker and estimators. Final
+  // before the first track begins; until then, the scale of people.
   // Results of this object are in the world's unit; the caller's estimators
   // work in the run's metres.
   const SubjectScale& scale() const;
