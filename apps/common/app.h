@@ -45,7 +45,7 @@ struct AppInfo {
 };
 
 // Parses the flags, runs `body` and returns the exit code for main.
-//   --help, --version            printed on stdout, 0
+//   --help, -h, --version        printed on stdout, 0
 //   InputError, OptionError      2
 //   any other exception          1
 //   stdout could not be written  1 (0 if its reader merely stopped reading)

@@ -49,8 +49,8 @@ struct PageResult {
 struct PageInput {
   std::string title;
   std::string doctor_json = {};  // DIR/doctor.json of `doctor`; empty: none
-  // One or more. Frames, joints and colours of the first one apply to the
-  // others; a ground truth is the last one.
+  // One or more. The first one determines the page's up direction and floor,
+  // and the colours of the others; a ground truth is the last one.
   std::vector<PageResult> results;
   CameraRig cameras;  // in the order of the detections' views
   std::optional<DetectionSequence> detections;  // requires cameras

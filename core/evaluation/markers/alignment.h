@@ -93,17 +93,17 @@ struct AlignRequest {
 // loss at one and a half median residuals.
 //
 // `truth` has one person. `is_centre`, one per joint of the truth: the world is
-// fitted to these if there are at least three. Throws InputError without a file
-// name when there is no motion or the motions do not agree, when the points do
-// not determine a rotation, when units differ, or when a mirror image fits far
-// better.
+// fitted to these if there are at least three. Throws InputError, which does
+// not name the file, when there is no motion or the motions do not agree, when
+// the points do not determine a rotation, when units differ, or when a mirror
+// image fits far better.
 Alignment AlignRecordings(const TrackSequence& truth,
                           const std::vector<bool>& is_centre,
                           const TrackSequence& tracks,
                           const AlignRequest& request);
 
-// The only person of `tracks`. Throws InputError without a file name for none
-// or several.
+// The only person of `tracks`. Throws InputError, which does not name the
+// file, for none or several.
 TrackId OnlyPerson(const TrackSequence& tracks);
 
 // Paths of the truth's joints, one for each pair.

@@ -25,8 +25,8 @@ struct MarkerJoints {
 };
 
 // A joint is missing in frames in which one of its markers is. Throws
-// InputError without a file name when no rule has its markers, or when a
-// functional hip is requested whose rotation is too small.
+// InputError, which does not name the file, when no rule has its markers, or
+// when a functional hip is requested whose rotation is too small.
 MarkerJoints JointsOfMarkers(const TrackSequence& markers,
                              const MarkerSet& set);
 

@@ -76,8 +76,8 @@ class DetectionCollector : public DetectionSource {
   void set_skeleton(const Skeleton& skeleton) { header_.skeleton = skeleton; }
   // For files that name their joints; called once per file (SkeletonOfLabels).
   // The first file determines the skeleton unless the options do. Throws
-  // InputError without a file name if a later file has other labels, or if
-  // their number differs from that of the options' skeleton.
+  // InputError, which does not name the file, if a later file has other labels,
+  // or if their number differs from that of the options' skeleton.
   void SettleSkeleton(const std::vector<std::string>& labels,
                       const std::vector<Bone>& bones = {},
                       const std::string& name = "");

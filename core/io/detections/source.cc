@@ -305,8 +305,8 @@ class CheckedSource : public DetectionSource {
               "detections.max_per_frame");
   }
 
-  // Throws InputError without a file, naming the view, once enough people show
-  // that its positions are not pixels.
+  // Throws InputError, which names the view but no file, once enough people
+  // show that its positions are not pixels.
   void SeePositions(const DetectionFrame& frame) {
     for (size_t v = 0; v < positions_.size(); ++v) {
       Positions& seen = positions_[v];

@@ -104,8 +104,8 @@ size_t DeepLabCutPlaceOf(const std::string& name, Texts* names) {
 }
 
 // Each argument has one name per column, except that `individuals` may be
-// empty. Columns before `first` are the index. Throws InputError without a file
-// name.
+// empty. Columns before `first` are the index. Its InputError does not name
+// the file.
 DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
                                         const Texts& parts, const Texts& coords,
                                         size_t first) {

@@ -31,7 +31,7 @@ using JsonArray = simdjson::dom::array;
 using JsonObject = simdjson::dom::object;
 
 // Access functions. Each throws InputError "KEY: found ..., expected ..."
-// without a file name; callers add file and line (see Located).
+// that does not name the file; callers add file and line (see Located).
 JsonArray AsArray(JsonValue value, std::string_view key);
 JsonObject AsObject(JsonValue value, std::string_view key);
 double AsNumber(JsonValue value, std::string_view key);
@@ -68,8 +68,8 @@ int64_t AsId(JsonValue value, std::string_view key);
 TimeNs AsTime(JsonValue value, std::string_view key);
 // A frame rate [Hz]; 0 for null, which means unknown.
 double AsFrameRate(JsonValue value, std::string_view key);
-// `given_hz`, otherwise the file's `stated_hz`; 0: unknown. Throws InputError
-// without a file name if they differ and `refuse_other`.
+// `given_hz`, otherwise the file's `stated_hz`; 0: unknown. Throws
+// InputError, which does not name the file, if they differ and `refuse_other`.
 double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other);
 // Whether two rates or periods differ by more than rounding.
 bool AreOtherRates(double a_hz, double b_hz);

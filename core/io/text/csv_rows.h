@@ -18,9 +18,9 @@ class CsvRows {
  public:
   explicit CsvRows(std::string_view text);
 
-  // Reads the next row; false at the end. Throws InputError without a file name
-  // if the row is malformed or if `width` is given and is not the number of
-  // cells.
+  // Reads the next row; false at the end. Throws InputError, which does not
+  // name the file, if the row is malformed or if `width` is given and is not
+  // the number of cells.
   bool Next(std::vector<std::string>* cells, size_t width = 0);
 
   std::string Place() const { return "line " + std::to_string(line_); }
@@ -43,7 +43,8 @@ class CsvRows {
 std::vector<std::string> FirstCsvRow(std::string_view text);
 
 // The number in a cell; nullopt for an empty cell and for NaN. Surrounding
-// spaces are ignored. Throws InputError without a file name for other text.
+// spaces are ignored. Throws InputError, which does not name the file, for
+// other text.
 std::optional<double> NumberOfCell(std::string_view cell);
 
 // A text as a cell, quoted if RFC 4180 requires it. Spreadsheets execute a cell

@@ -47,7 +47,7 @@ Skeleton WithOurNames(const Skeleton& skeleton);
 // equal those of a built-in skeleton, in the same order, give the built-in
 // skeleton, with the file's bones if it has any. A human skeleton (IsHuman)
 // without bones gets those of COCO-17 between its joints. Throws InputError
-// "joints: ..." or "bones: ..." without a file name.
+// "joints: ..." or "bones: ...", which does not name the file.
 Skeleton SkeletonOfLabels(const std::vector<std::string>& labels,
                           const std::vector<Bone>& bones = {},
                           const std::string& name = "");

@@ -20,7 +20,7 @@ struct LongcwTime {
   TimeNs time = 0;
 };
 
-// The frame nearest to a timestamp. Throws InputError without a file name.
+// The frame nearest to a timestamp. Its InputError does not name the file.
 inline LongcwTime ReadLongcwTime(JsonValue value, double frame_rate_hz) {
   const TimeNs time = AsTime(value, "timestamp");
   const double frame = std::round(ToSeconds(time) * frame_rate_hz);

@@ -9,16 +9,16 @@
 
 namespace kinegraph {
 
-// The last run of digits; nullopt if there is none or it is longer than any
-// frame number (18 digits, not counting leading zeros).
+// The last run of digits; nullopt if there is none or it has more than 18
+// digits, not counting leading zeros.
 std::optional<int64_t> LastInteger(std::string_view name);
 
 // Frame number in the name of a detection file: the last integer before
 // "_keypoints", or before the extension if there is no "_keypoints".
 std::optional<int64_t> FrameOfFileName(std::string_view file_name);
 
-// The same, but throws InputError without a file name if there is no number, or
-// if the number is a time or a date. Also for names of images.
+// The same, but throws InputError (which names only `file_name`) if there is no
+// number, or if the number is a time or a date. Also for names of images.
 int64_t FrameOfName(std::string_view file_name);
 
 // Natural order, in which "cam2" comes before "cam10".

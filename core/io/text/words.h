@@ -11,8 +11,8 @@ namespace kinegraph {
 
 enum class WordBreak { kSpace, kSpaceOrCommas };  // commas and semicolons
 
-// Reads the words of a text one after the other. Throws InputError without a
-// file name.
+// Reads the words of a text one after the other. Its InputErrors do not name
+// the file.
 class Words {
  public:
   explicit Words(std::string_view text, WordBreak at = WordBreak::kSpace)

@@ -130,7 +130,7 @@ class C3dRange;  // what the file specifies about its range of frames
 
 class C3dFile {
  public:
-  // Throws InputError without the file's name if it cannot be read, is
+  // Throws InputError, which does not name the file, if it cannot be read, is
   // truncated or contradicts itself about its length.
   explicit C3dFile(const std::string& path);
   C3dFile(const C3dFile&) = delete;

@@ -25,7 +25,7 @@
 
 namespace kinegraph {
 
-// Throws InputError with a formatted text and without a file name.
+// Throws InputError with a formatted text that does not name the file.
 template <typename... Args>
 [[noreturn]] void Refuse(fmt::format_string<Args...> text, Args&&... args) {
   throw InputError(fmt::format(text, std::forward<Args>(args)...));
@@ -42,8 +42,8 @@ inline AxisMap AnimationAxes() { return AxisMap::Parse("x,z,-y"); }
 // ---- Reading ----
 
 // The skeleton of a file that names its joints and optionally bones: the one in
-// the options, otherwise SkeletonOfLabels. Throws InputError without a file
-// name if the skeleton in the options has other joints.
+// the options, otherwise SkeletonOfLabels. Throws InputError, which does not
+// name the file, if the skeleton in the options has other joints.
 Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
                          const TrackReadOptions& options,
                          const std::vector<Bone>& bones = {});
@@ -64,13 +64,13 @@ auto ReadText(const std::string& path, const Read& read) {
       path, [&] { return text.Place(); }, [&] { return read(&text); });
 }
 
-// Parses "observed", "inferred" or "missing". Throws InputError without a file
-// name.
+// Parses "observed", "inferred" or "missing". Its InputError does not name the
+// file.
 JointStatus ParseJointStatus(std::string_view text);
 
 // Reads the joints of `object`'s `key`, four numbers each: x, y, z in the unit
 // and a weight. A joint is missing unless its weight is positive, and inferred
-// if it is at most `inferred`. Throws InputError without a file name.
+// if it is at most `inferred`. Its InputError does not name the file.
 void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
                   double inferred, Pose3d* pose);
 
@@ -85,8 +85,8 @@ class TrackCollector {
   size_t joint_count() const { return header_.skeleton.joints().size(); }
   // Returns the frame; creates it, without people, if it does not exist.
   TrackFrame* Touch(int64_t frame);
-  // Adds a person. Throws InputError without a file name if the frame has this
-  // person already.
+  // Adds a person. Throws InputError, which does not name the file, if the
+  // frame has this person already.
   PersonPose* Add(int64_t frame, TrackId id);
   // Adds a person with at least one joint; creates the frame in any case.
   void AddIfSeen(int64_t frame, TrackId id, Pose3d joints);
