@@ -51,8 +51,8 @@ const Task& ChosenTask(const std::vector<Task>& tasks) {
                    "' is no task; --list prints the names of all tasks");
 }
 
-// The tasks not done yet. Throws if there are results of other settings, which
-// are neither reused nor removed.
+// The tasks not done yet. Throws if a folder contains anything but the result
+// of its task, which is neither reused nor removed.
 std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
   std::vector<Task> missing;
   size_t done = 0;
@@ -60,8 +60,8 @@ std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
     const TaskState state = StateOf(task, FLAGS_out);
     if (state == TaskState::kOther) {
       throw InputError(FLAGS_out + "/" + task.Name(), "",
-                       "was made from other inputs or settings; remove it or "
-                       "name another --out");
+                       "is not the result of this task, or was made from other "
+                       "inputs or settings; remove it or name another --out");
     }
     if (state == TaskState::kMissing) missing.push_back(task);
     done += state == TaskState::kDone ? 1 : 0;

@@ -171,8 +171,8 @@ CameraRig MakeRing(const RingOptions& options) {
   CameraRig rig;
   const auto lens =
       MakeLens(options.fisheye ? kFisheyeModel : "opencv5", options.distortion);
-  // Opposite cameras cannot determine depth, so two cameras are at most a right
-  // angle apart.
+  // Opposite cameras cannot determine depth, so the cameras of a pair (count 2)
+  // are at most a right angle apart.
   const double arc = options.arc_deg * kPi / 180.0;
   const bool closed = options.arc_deg >= 360.0;
   const auto gaps =

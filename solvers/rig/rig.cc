@@ -940,8 +940,8 @@ class RigEstimate {
     }
     if (agreement < kLeastAgreement || agreement < kLeastOfUsual * usual) {
       return fmt::format(
-          "its people agree with those of the other views to {:.2f} of 1 only "
-          "(median view: {:.2f})",
+          "the agreement of its people with those of the other views is only "
+          "{:.2f} (1 is perfect; median of the views: {:.2f})",
           agreement, usual);
     }
     if (rotation_deg > kMostRotationDeg ||

@@ -348,7 +348,8 @@ std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
       {"never_matched", "", 0.8, as_read.mean_px(), as_read.mean_px(),
        kCalibrateAnew,
        fmt::format(
-           "the views agree to {:.2f} of 1 only, and neither another reading "
+           "the agreement of the views is only {:.2f} (1 is perfect), and "
+           "neither another reading "
            "of the calibration nor a lag improves this: the calibration may "
            "belong to another set-up, or to other images than the detections",
            as_read.score())});

@@ -148,8 +148,9 @@ TEST_F(TrackResultTest, DoctorAsksForTheRateOfAPipe) {
   EXPECT_THAT(outcome.errors, HasSubstr("input.frame_rate"));
 }
 
-// Of ".trc", which is a folder of files, no name would be left.
-TEST_F(TrackResultTest, AnExtensionIsNoName) {
+// --out=.trc would create a folder named by the text before the extension,
+// which is empty.
+TEST_F(TrackResultTest, RefusesAnExtensionWithoutAName) {
   for (const char* name : {".trc", ".jsonl"}) {
     EXPECT_THAT(Refusal("track", Flags(Path("first.jsonl"), name)),
                 HasSubstr("with a name before"));
