@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
@@ -24,6 +23,7 @@
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/reading_notes.h"
@@ -46,8 +46,6 @@ DEFINE_string(out, "", "configuration to write (.toml)");
 
 namespace kinegraph {
 namespace {
-
-namespace fs = std::filesystem;
 
 SurveyRequest RequestOfFlags() {
   return {FLAGS_cameras, FLAGS_detections,
@@ -396,10 +394,12 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
 // Throws for an unusable --out before the recording is examined. Missing
 // folders are made only when the configuration is written.
 void CheckOutput() {
-  const fs::path folder = fs::path(FLAGS_out).parent_path();
-  std::error_code error;
   if (IsStream(FLAGS_out)) return;
-  if (!folder.empty() && !fs::exists(folder, error)) return;
+  const size_t slash = FLAGS_out.rfind('/');
+  if (slash != std::string::npos) {
+    const std::string folder = FLAGS_out.substr(0, slash + 1);
+    if (!IsFolder(folder) && !IsFile(folder)) return;
+  }
   AtomicFile unused(FLAGS_out);
 }
 

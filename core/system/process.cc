@@ -86,6 +86,8 @@ void Forget(pid_t program) {
 
 }  // namespace
 
+bool ProcessEnd::broke_pipe() const { return signal == SIGPIPE; }
+
 int ProcessNumber() { return getpid(); }
 
 std::string ProgramPath() {

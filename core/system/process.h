@@ -21,6 +21,8 @@ struct ProcessEnd {
   int code = 0;    // exit code
   int signal = 0;  // the signal that ended it; 0: it exited
   bool well() const { return not_started == 0 && code == 0 && signal == 0; }
+  // Ended because no process reads its output any more (SIGPIPE).
+  bool broke_pipe() const;
 };
 
 // Runs a program by its path, in a folder, without input. Its standard output

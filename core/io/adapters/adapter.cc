@@ -1,7 +1,6 @@
 #include "core/io/adapters/adapter.h"
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -344,7 +343,7 @@ class AdapterRun::Impl {
     const ProcessEnd end = program_->Wait(kEnd_ms);
     if (program_->was_ended()) return;
     // The pipe broke because the reader stopped, for the reason it throws.
-    if (reader_stopped && end.signal == SIGPIPE) return;
+    if (reader_stopped && end.broke_pipe()) return;
     const std::string fault = Fault(end, name_, hint_, LastLine(errors_.get()));
     if (!fault.empty()) Throw(path_, fault);
   }

@@ -133,8 +133,8 @@ TEST_F(EvaluateProgramTest, OffsetsDoNotDependOnTheUpwardAxis) {
     Done("evaluate", "--protocol=mpjpe --json='" + json + "'" +
                          Against(Path("walk.jsonl"), Path("true.jsonl")));
     std::vector<double> offset_m;
-    for (const Json& joint :
-         ParseJson(ContentOf(json), json)["result"]["joints"]) {
+    const Json result = ParseJson(ContentOf(json), json);
+    for (const Json& joint : result["result"]["joints"]) {
       if (joint["joint"] == "r_elbow") joint["offset_m"].get_to(offset_m);
     }
     return offset_m;

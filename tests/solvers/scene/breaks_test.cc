@@ -98,7 +98,7 @@ TEST(ACameraThatWasMoved, IsReportedWithTheFrameAndTheBetterSideIsKept) {
     EXPECT_EQ(finding.camera, "cam2");
     EXPECT_THAT(finding.fix, HasSubstr("--frames=60:120"));
     EXPECT_THAT(finding.evidence, StartsWith("from about frame 60 on: "));
-    EXPECT_THAT(finding.evidence, HasSubstr("with --frames=0:60,"));
+    EXPECT_THAT(finding.evidence, HasSubstr("with --frames=0:60 and"));
   }
   ASSERT_EQ(answer->detections->frames.size(), 60u);
   EXPECT_EQ(answer->detections->frames.back().frame, 59);

@@ -392,6 +392,7 @@ DetectionSequence Counting(int64_t count_a, int64_t count_b,
       if (n >= count) continue;
       view.detections.resize(1);
       view.detections[0].index_in_file = static_cast<int>(n);
+      view.detections[0].joints.resize(sequence.header.skeleton.joint_count());
     }
   }
   return sequence;
