@@ -27,8 +27,8 @@ struct DetectionHead {
   std::string path;
   bool is_folder = false;
   bool has_folders = false;  // the folder has subfolders of views
-  // The file itself, or the first .json or .csv file of the folder or of its
-  // first subfolder; empty if there is none.
+  // The file itself, or the first .json, .csv or .h5 file of the folder,
+  // otherwise of its first subfolder that has one; empty if there is none.
   std::string file;
   char kind = '\0';               // its first character that is not a space
   std::vector<std::string> keys;  // keys of the root of a JSON object

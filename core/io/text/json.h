@@ -15,9 +15,9 @@ namespace kinegraph {
 // Keeps the order of the file.
 using Json = nlohmann::ordered_json;
 
-// Limits for small files, including TOML and YAML (docs/limits.md): the first
-// bounds recursion, the second the time of linear lookups of keys, the third
-// memory.
+// Limits for small files (docs/limits.md): the first, also of YAML, bounds
+// recursion; the second, also of YAML, the time of linear lookups of keys; the
+// third, also of TOML, memory.
 inline constexpr int kMaxJsonDepth = 64;
 inline constexpr size_t kMaxJsonKeys = 4096;
 inline constexpr size_t kMaxJsonValues = 1'000'000;
