@@ -1,5 +1,5 @@
 // NumPy's .npz: an uncompressed zip archive of .npy arrays, written and read
-// without a library (except zlib's checksum). For core/io only.
+// without a library (except zlib's checksum). For core/io only, except Crc32.
 //
 // Zip: PKWARE's APPNOTE.TXT, sections 4.3.7 (local header), 4.3.12 (central
 // directory), 4.3.16 (end). Arrays: NumPy's format description; written

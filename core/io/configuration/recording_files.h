@@ -15,8 +15,8 @@ namespace kinegraph {
 // Reads {"confidence_at_least", "cap_px", "pairing_gate_m", "set": [{"camera",
 // "frame", "detection", "person"}]}; a camera is a name or a number. With
 // `view_names` each camera becomes the view of the same name, otherwise the
-// view with the same last integer in its name. Throws InputError naming the
-// file.
+// only view with the same last integer in its name. Throws InputError naming
+// the file.
 HeldOutSet ReadHeldOutSet(const std::string& path,
                           const std::vector<std::string>& view_names = {});
 

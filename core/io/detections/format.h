@@ -26,7 +26,7 @@ struct DetectionWriteOptions {
 struct DetectionHead {
   std::string path;
   bool is_folder = false;
-  bool has_folders = false;  // the folder has subfolders of views
+  bool has_folders = false;  // the folder has subfolders that may be views
   // The file itself, or the first .json, .csv or .h5 file of the folder,
   // otherwise of its first subfolder that has one; empty if there is none.
   std::string file;

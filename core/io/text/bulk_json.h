@@ -1,5 +1,6 @@
-// Fast reading of large JSON files by simdjson: reuses one parser and one
-// buffer, and checks types on access with messages "found ..., expected ...".
+// Fast reading of large JSON files by simdjson: reuses the parser and, for
+// lines, the buffer, and checks types on access with messages "found ...,
+// expected ...".
 // For core/io only.
 //
 // Uses simdjson's DOM instead of On Demand (except RawObject), which does not

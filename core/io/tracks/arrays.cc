@@ -167,7 +167,7 @@ class NpzTrackReader {
     return std::isfinite(m[0]) && std::isfinite(m[1]) && std::isfinite(m[2]);
   }
 
-  // For files without `status`: a person whose x are all NaN is absent.
+  // For files without `status`: a person whose x coordinates are NaN is absent.
   std::vector<int64_t> StatusesByPositions(size_t count) const {
     std::vector<int64_t> statuses(count);
     for (size_t i = 0; i < count; ++i) {

@@ -1,7 +1,7 @@
 // Writing C3D, the format of motion capture laboratories, according to
 // c3d.org's user guide: Intel (little-endian) floats in 512-byte blocks: a
-// header, the parameters, then x, y, z [mm] and a word of camera mask and
-// residual for each point and frame. C3D counts frames from 1: frame 0 of the
+// header, the parameters, then for each frame and point x, y, z [mm] and a
+// number for camera mask and residual. C3D counts frames from 1: frame 0 of the
 // tracks is frame 1 of the file.
 #include <algorithm>
 #include <cmath>
