@@ -23,7 +23,7 @@ HeldOutSet ReadHeldOutSet(const std::string& path,
 // Writes NAME.bias.json: coefficients of a detector's bias, and the evidence
 // for using them. {"kinegraph_bias": 1, "azimuth_deg", "joints": [{"joint",
 // "used", "observations", "gain", "gain_error", "across_m": [10 numbers],
-// "along_m"}]} `tracks`: the fingerprint of the tracks to which it belongs
+// "along_m"}]}. `tracks`: the fingerprint of the tracks to which it belongs
 // (side_files.h), or empty.
 void WriteViewBias(const std::string& path, const ViewBias& bias,
                    const std::string& tracks = "");

@@ -46,8 +46,9 @@ struct DetectionFormat {
   using Open = std::unique_ptr<DetectionSource> (*)(
       const std::string& path, const DetectionReadOptions& options);
   // Writes a file or a folder, which appears only when it is complete; reads
-  // `source` frame by frame. Throws InputError if it cannot be created. Adds
-  // what the format cannot store to `lost_fields`.
+  // `source` frame by frame. Throws InputError if it cannot be created or
+  // the format cannot represent the detections. Adds what the format cannot
+  // store to `lost_fields`.
   using Write = void (*)(const std::string& path,
                          const DetectionWriteOptions& options,
                          DetectionSource* source, LostFields* lost_fields);
