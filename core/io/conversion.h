@@ -26,9 +26,8 @@ struct ConversionOptions {
 };
 
 struct Conversion {
-  std::string what;  // "500 frames"
-  // What the format cannot store, and remarks on axes, unit and names.
-  LostFields lost_fields;
+  std::string what;        // "500 frames"
+  LostFields lost_fields;  // what the format cannot store, and remarks
 };
 
 // Creates the parent folder of `out`. Throws InputError naming flag or file.
