@@ -91,8 +91,8 @@ std::string TextOf(const std::vector<FileKind>& kinds) {
   return fmt::format("{}", fmt::join(names, " or "));
 }
 
-// The kinds of files that have a format of this name. Throws InputError naming
-// --`flag` if no format of this name supports reading or writing (`can`).
+// The kinds of files whose format of this name supports reading or writing
+// (`can`). Throws InputError naming --`flag` if there are none.
 std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
                               const std::string& verb, bool Format::*can) {
   std::vector<FileKind> kinds;

@@ -18,7 +18,7 @@ struct ConversionOptions {
   std::string skeleton;          // if the input does not specify it
   double frame_rate_hz = 0.0;    // likewise
   std::string unit;              // of calibrations and tracks: m, cm or mm
-  std::string image_size;        // "W,H" px, if a calibration lacks it
+  std::string image_size;        // "W,H" px, if the input lacks it
   std::string axes;              // "x,-z,y": world axes of the file's X, Y, Z
   std::string markers = "ours";  // names of joints: ours, pose2sim or opensim
   std::string person;            // person to write, by number or name
@@ -27,7 +27,7 @@ struct ConversionOptions {
 
 struct Conversion {
   std::string what;        // "500 frames"
-  LostFields lost_fields;  // what the format cannot store
+  LostFields lost_fields;  // what the format cannot store, and remarks
 };
 
 // Creates the parent folder of `out`. Throws InputError naming flag or file.

@@ -9,10 +9,10 @@ namespace kinegraph {
 enum class FileKind { kCalibration, kDetections, kTracks };
 const char* ToString(FileKind kind);
 
-// Recognises by its content what ReadCameras, OpenDetections or ReadTracks can
-// read. This is a heuristic to choose one of these functions, which check the
-// content. Throws InputError if the file cannot be read or resembles none of
-// the formats.
+// Recognises by content and extension what ReadCameras, OpenDetections or
+// ReadTracks can read. This is a heuristic to choose one of these functions,
+// which check the content. Throws InputError if the file cannot be read or
+// resembles none of the formats.
 FileKind RecogniseKind(const std::string& path);
 
 }  // namespace kinegraph

@@ -71,7 +71,8 @@ struct Pipe {
   int write = -1;
 };
 
-// Reads up to `most` bytes; false after `silence_ms` without input.
+// Reads to the end, or until there are more than `most` bytes; false after
+// `silence_ms` without input.
 bool ReadAll(int descriptor, int silence_ms, size_t most, std::string* text) {
   char buffer[1 << 14];
   while (HasInput(descriptor, silence_ms)) {

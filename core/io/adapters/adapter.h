@@ -34,7 +34,9 @@ struct Adapter {
 // The program of SetAdapter, if it recognises the path.
 std::optional<Adapter> GivenAdapterOf(const std::string& path);
 // Any adapter that recognises the path. A program is asked again only if the
-// path has changed. Throws InputError if a program cannot be started.
+// path has changed. Throws InputError if the user's program cannot be started,
+// a program does not answer, or kinegraph-adapters reports an error; a missing
+// kinegraph-adapters recognises nothing.
 std::optional<Adapter> AdapterOf(const std::string& path);
 // The same, but only adapters of this kind.
 std::optional<Adapter> GivenAdapterOf(const std::string& path,
@@ -47,8 +49,9 @@ Adapter OwnAdapter(const std::string& format, AdapterKind kind);
 class AdapterRun {
  public:
   // `options` are flags such as "--joints=17". `silence_ms` is the longest wait
-  // for output, by default a minute and a second per megabyte. Throws
-  // InputError if the program cannot be started.
+  // for output, by default a minute and a second per MiB of input (at most an
+  // hour). Throws InputError if the path cannot be read. That the program
+  // cannot be started is reported by Guard and Finish.
   AdapterRun(const Adapter& adapter, const std::string& path,
              const std::vector<std::string>& options = {}, int silence_ms = -1);
   ~AdapterRun();  // ends the program
@@ -57,7 +60,7 @@ class AdapterRun {
   int TakeOutput();
   int silence_ms() const;
   // Call this after all output was read. Throws InputError naming path and
-  // cause if the program failed.
+  // cause if the program failed or does not end.
   void Finish();
 
   // Calls `read`. If it throws because the program failed midway, throws the

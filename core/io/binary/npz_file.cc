@@ -181,7 +181,7 @@ void NpzFile::Commit() {
   for (const Entry& entry : entries_) {
     AppendNumbers(&directory, uint32_t{0x02014B50}, kVersion);
     AppendCommon(entry.name, entry.crc, entry.size, &directory);
-    // No extra field, no comment, first disk.
+    // No comment, first disk, no attributes.
     AppendNumbers(&directory, kNone, kNone, kNone, kNoAttributes, entry.offset);
     directory += entry.name;
   }

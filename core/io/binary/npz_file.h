@@ -1,8 +1,9 @@
 // NumPy's .npz: an uncompressed zip archive of .npy arrays, written and read
-// without a library. For core/io only.
+// without a library (except zlib's checksum). For core/io only, except Crc32.
 //
 // Zip: PKWARE's APPNOTE.TXT, sections 4.3.7 (local header), 4.3.12 (central
-// directory), 4.3.16 (end). Arrays: NumPy's format description, version 1.0.
+// directory), 4.3.16 (end). Arrays: NumPy's format description; written
+// in version 1.0, read in any.
 #ifndef KINEGRAPH_CORE_IO_BINARY_NPZ_FILE_H_
 #define KINEGRAPH_CORE_IO_BINARY_NPZ_FILE_H_
 

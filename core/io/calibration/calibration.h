@@ -16,7 +16,7 @@ namespace kinegraph {
 std::vector<std::string> CalibrationFormatNames();
 
 enum class LengthUnit {
-  kAuto,  // the format's own
+  kAuto,  // the file's or the format's own
   kMetre,
   kCentimetre,
   kMillimetre,
@@ -26,8 +26,9 @@ enum class LengthUnit {
 // Describe enters the table.
 struct CameraReadOptions {
   std::string format = "auto";  // or a name of CalibrationFormatNames()
-  // Unit of lengths in the file. kAuto: m for most formats, mm for VoxelPose
-  // and bioCV, cm for longcw and Panoptic.
+  // Unit of lengths in the file. kAuto: the one that the file specifies,
+  // otherwise the format's: mm for VoxelPose, bioCV and FreeMoCap, cm for
+  // longcw and Panoptic, m for others.
   LengthUnit unit = LengthUnit::kAuto;
   std::vector<double> image_size;  // px: width, height; empty: the file's
   bool ignore_distortion = false;
@@ -39,7 +40,8 @@ struct CameraReadOptions {
 
 // The cameras of a file (or of a folder, for formats of several files) in the
 // order of the file or of `options.use`. Throws InputError naming file and
-// camera or key, OptionError for a wrong `options.image_size`.
+// camera or key, OptionError for a wrong image_size, an unknown format or a
+// camera that `options.use` lists twice.
 CameraRig ReadCameras(const std::string& path,
                       const CameraReadOptions& options = {});
 

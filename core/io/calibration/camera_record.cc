@@ -29,8 +29,7 @@ std::string Plain(const std::string& key) {
   return plain;
 }
 
-// Whether the key is a list of coefficients in OpenCV's order. Single letters
-// are case-sensitive: "K" is the camera matrix, "k" the radial terms.
+// Whether the key is a list of coefficients in OpenCV's order.
 bool IsLensKey(const std::string& key) {
   static const std::set<std::string> kNames = SetOf(
       "dist kc distcoef distcoefs distcoeff distcoeffs distcoefficient "

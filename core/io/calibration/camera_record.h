@@ -116,7 +116,7 @@ class KeyReader {
 };
 
 // Whether a key describes neither lens nor pose in any format: names, dates,
-// sizes, errors, boards. Ignores case, '_', '-' and spaces.
+// sizes, errors, boards; or begins with '_'. Ignores case, '_', '-' and spaces.
 bool IsHarmlessKey(const std::string& key);
 // Throws InputError for a key that may describe lens or pose.
 [[noreturn]] void FailUnread(const JsonField& object, const std::string& key);

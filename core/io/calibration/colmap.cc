@@ -146,7 +146,7 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
                            next[1] - kPixelMiddle});
   record.distortion.assign(next + 2, numbers.end());
   if (model->is_fisheye) record.lens_model = kFisheyeModel;
-  // MakeLens requires at least two coefficients.
+  // MakeLens rejects a single coefficient of OpenCV's polynomial.
   if (record.distortion.size() == 1) record.distortion.push_back(0.0);
   return record;
 }

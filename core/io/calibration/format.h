@@ -22,11 +22,12 @@ namespace kinegraph {
 // Syntax of a calibration's text.
 enum class CalibrationSyntax { kJson, kToml, kYaml, kXml, kNumbers, kOther };
 
-// The beginning of a path's content, to recognise its format and to read it.
+// A path's content, as far as it is needed to recognise its format. For XML,
+// JSON and TOML it is the whole content.
 struct CalibrationHead {
   std::string path;
   bool is_folder = false;
-  std::vector<std::string> names;  // in the folder, sorted
+  std::vector<std::string> names;  // in the folder, not hidden; sorted
   // The rest applies to files.
   CalibrationSyntax syntax = CalibrationSyntax::kOther;
   // Content of JSON and TOML files; of YAML files only for recognition.
@@ -49,10 +50,9 @@ struct CalibrationFormat {
   using Recognise = bool (*)(const CalibrationHead& head);
   using Read = CalibrationFile (*)(const CalibrationHead& head);
   // Writes a file or a folder in the format's unit; it appears only when
-  // complete.
-  // Throws InputError naming the camera if the format cannot represent its
-  // geometry (a lens in TUM's matrices, a skewed K in VoxelPose's); adds
-  // other omissions to `lost_fields`.
+  // complete. Throws InputError naming the camera if the format cannot
+  // represent it (a lens in TUM's matrices, a skewed K in VoxelPose's, an
+  // unknown image size in COLMAP's); adds other omissions to `lost_fields`.
   using Write = void (*)(const std::string& path, const CameraRig& cameras,
                          LostFields* lost_fields);
 
@@ -68,15 +68,15 @@ const std::vector<CalibrationFormat>& CalibrationFormats();
 // nullptr if there is none of this name.
 const CalibrationFormat* FindCalibrationFormat(const std::string& name);
 
-// Reads the beginning of a path; throws InputError if it cannot be read or
-// parsed.
+// Reads a path; throws InputError if it cannot be read or parsed.
 CalibrationHead LookAtCalibration(const std::string& path);
 // The same for a given format, without recognition of the syntax.
 CalibrationHead LookAtCalibration(const std::string& path,
                                   const CalibrationFormat& format);
 // The first format that recognises `head`, or nullptr.
 const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
-// Whether the names of a folder's files are those of a calibration.
+// Whether a folder contains a calibration: by the names of its files, or by the
+// content of a config.toml.
 bool IsCalibrationFolder(const std::string& path);
 
 // Reads what an adapter prints for a path: kinegraph's own format, in any unit.

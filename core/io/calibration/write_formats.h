@@ -22,7 +22,7 @@ inline bool HasSize(const Camera& camera) {
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields);
 
 // For formats without skew: CheckSkew throws InputError naming the camera if
-// its skew exceeds rounding; NoteSkew notes the largest smaller skew.
+// its skew exceeds rounding; NoteSkew notes the largest skew that is omitted.
 void CheckSkew(const Camera& camera);
 void NoteSkew(const CameraRig& cameras, LostFields* lost_fields);
 
@@ -37,7 +37,7 @@ Eigen::RowVectorXd LensTerms(const Camera& camera);
 // The error "camera 'NAME': message".
 InputError CannotWrite(const Camera& camera, const std::string& message);
 
-// JSON text with one member per line; replacement characters for names that are
+// JSON text with one value per line; replacement characters for names that are
 // not UTF-8.
 std::string JsonLines(const Json& object);
 

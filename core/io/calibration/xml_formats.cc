@@ -1,5 +1,4 @@
 // Calibrations in XML, as written by marker-based motion capture systems.
-// Marker cameras are skipped if there are video cameras.
 #include <Eigen/QR>
 #include <algorithm>
 #include <cctype>

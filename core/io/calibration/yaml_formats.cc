@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kHead = "%YAML:1.0\n---\n";
 
-// Largest difference between two representations of the same pose, since files
-// have six decimals.
+// Largest difference between two representations of the same matrix or vector,
+// since files have six decimals.
 constexpr double kPoseRounding = 1e-3;
 
 std::vector<std::string> YamlFilesAmong(const std::vector<std::string>& names) {

@@ -49,7 +49,7 @@ class AdapterSource : public DetectionSource {
   std::unique_ptr<DetectionSource> lines_;
 };
 
-// Removes people without any found joint.
+// Removes people without any found joint and renumbers the others.
 class SeenPeople : public DetectionSource {
  public:
   explicit SeenPeople(std::unique_ptr<DetectionSource> source)

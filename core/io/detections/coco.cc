@@ -263,12 +263,12 @@ void WriteMmpose(const std::string& path, const DetectionWriteOptions&,
 
 // ---- COCO, one file for several cameras ----
 // `images` are the views' frames, with the camera in "camera" (or "view",
-// "camera_id", or the folder of file_name) and the frame in "frame_id" (or
-// "frame", or the last integer of file_name); `annotations` are people, with
-// image_id and keypoints = x, y, v per joint; the first of `categories` with
-// keypoints names joints and bones (1-based). v is COCO's flag, 0 for a missing
-// joint, or a confidence up to 1; "keypoint_scores", if present, are the
-// confidences.
+// "camera_id", "cam_id", or the folder of file_name) and the frame in
+// "frame_id" (or "frame", or the last integer of file_name); `annotations` are
+// people, with image_id and keypoints = x, y, v per joint; the first of
+// `categories` with keypoints names joints and bones (1-based). v is COCO's
+// flag, 0 for a missing joint, or a confidence up to 1; "keypoint_scores", if
+// present, are the confidences.
 
 namespace {
 

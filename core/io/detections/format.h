@@ -26,9 +26,9 @@ struct DetectionWriteOptions {
 struct DetectionHead {
   std::string path;
   bool is_folder = false;
-  bool has_folders = false;  // the folder has subfolders of views
-  // The file itself, or the first .json or .csv file of the folder or of its
-  // first subfolder; empty if there is none.
+  bool has_folders = false;  // the folder has subfolders that may be views
+  // The file itself, or the first .json, .csv or .h5 file of the folder,
+  // otherwise of its first subfolder that has one; empty if there is none.
   std::string file;
   char kind = '\0';               // its first character that is not a space
   std::vector<std::string> keys;  // keys of the root of a JSON object
@@ -46,8 +46,9 @@ struct DetectionFormat {
   using Open = std::unique_ptr<DetectionSource> (*)(
       const std::string& path, const DetectionReadOptions& options);
   // Writes a file or a folder, which appears only when it is complete; reads
-  // `source` frame by frame. Throws InputError if it cannot be created. Adds
-  // what the format cannot store to `lost_fields`.
+  // `source` frame by frame. Throws InputError if it cannot be created or
+  // the format cannot represent the detections. Adds what the format cannot
+  // store to `lost_fields`.
   using Write = void (*)(const std::string& path,
                          const DetectionWriteOptions& options,
                          DetectionSource* source, LostFields* lost_fields);

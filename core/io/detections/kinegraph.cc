@@ -319,8 +319,9 @@ class DetectionWriter::Impl {
 
   void WriteLine(const DetectionFrame& frame) {
     out_.Add("{\"frame\": ", frame.frame);
-    // Without a frame rate all times are 0. They are omitted, so that a reader
-    // that is given the rate can compute them.
+    // Without a frame rate and without times in the input, all times are 0.
+    // They are omitted, so that a reader that is given the rate can compute
+    // them.
     if (has_clock_) {
       out_.Text(", \"time\": ");
       out_.Seconds(frame.time);

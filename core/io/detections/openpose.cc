@@ -1,6 +1,6 @@
 // OpenPose's JSON output: one folder per view, one file per frame, each
 // {"people": [{"pose_keypoints_2d": [x, y, c, ...], ...}, ...], ...}. A folder
-// that contains frames is a recording of one view.
+// of frames without subfolders is a recording of one view.
 #include <fmt/format.h>
 
 #include <algorithm>

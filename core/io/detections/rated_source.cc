@@ -94,7 +94,7 @@ int64_t AddViews(const FrameClock& recording, const Counting& counting,
     const int64_t number = frame.frame - counting.second;
     if (number < 0 || !ShowsAnybody(frame, views)) continue;
     const TimeNs time = clock.TimeOf(number);
-    // Times are rounded to nanoseconds: less than a millionth of a frame.
+    // Times are rounded to nanoseconds: a millionth of a frame at 1000 Hz.
     const auto joined_number =
         static_cast<int64_t>(std::ceil(recording.Frames(time) - 0.5 - 1e-6));
     DetectionFrame* joined = collector->Touch(joined_number);

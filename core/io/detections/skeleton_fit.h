@@ -13,7 +13,7 @@ namespace kinegraph {
 
 // In the wrong layout, a bone may connect a knee with an ear: bones are longer
 // in the image than in the right layout, and left and right differ. The lengths
-// of arms, legs, shoulders and hips are divided by the diagonal of the box
+// of the bones of arms, legs and trunk are divided by the diagonal of the box
 // around the joints; their medians over people have no unit and hardly depend
 // on posture or view. The mean length is 0.21 for BODY_25 and 0.38 for BODY_25B
 // on Shelf, where BODY_25 is right; it is 0.26 and 0.18 on Pose2Sim's trials,
@@ -27,8 +27,8 @@ class SkeletonFit {
   // default.
   explicit SkeletonFit(std::vector<const Skeleton*> candidates);
 
-  // Adds a person. Ignores people with fewer than eight found joints and, to
-  // bound memory, everybody after the first few thousand.
+  // Adds a person. Ignores people with fewer than eight found joints or four
+  // bones and, to bound memory, everybody after the first four thousand.
   void See(const Detection& detection);
   bool full() const;
 

@@ -1,5 +1,6 @@
-// Reading 2D detections of any detector frame by frame, in memory that does not
-// depend on the length of the recording.
+// Reading 2D detections of any detector frame by frame. Of kinegraph's own
+// format, OpenPose's and most of adapters only one frame is in memory; others
+// are read as a whole, since their frames may be in any order.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 
@@ -86,8 +87,8 @@ class DetectionSource {
   virtual BadFrames bad_frames() const { return {}; }
 };
 
-// Opens detections and reads their header. Throws
-// InputError naming the file; OptionError if `options` are invalid.
+// Opens detections and reads their header. Throws InputError naming the file;
+// OptionError if `options` are invalid.
 std::unique_ptr<DetectionSource> OpenDetections(
     const std::string& path, const DetectionReadOptions& options = {});
 

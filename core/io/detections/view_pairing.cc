@@ -296,8 +296,8 @@ class Pairing {
   }
 
   // Whether the numbers in the names permit pairing by order. If views and
-  // cameras have numbers in common, one set must count from 0 and the other
-  // from 1, without gaps between them.
+  // cameras have numbers in common, the numbers of one must begin at 0, and
+  // each of the other must be higher by one.
   bool MayBeOrdered(const std::vector<size_t>& views,
                     const std::vector<int>& cameras) const {
     std::set<int64_t> of_views;

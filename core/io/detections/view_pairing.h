@@ -41,12 +41,12 @@ struct ViewPairing {
 // Names are compared as words and numbers, ignoring case, separators and
 // leading zeros: "take_Cam-01_left" contains "cam1", but not "cam10". The
 // rules are:
-// - one name contains the other; the longest such camera name counts,
+// - one name contains the other; the camera with the most common words counts,
 // - the last integers of both names are the same,
 // - the names are the same after removing the words with which all views, or
 //   all cameras, begin and end,
-// - the position in the order of the names is the same, if there are as many
-//   views as cameras and no number contradicts it.
+// - the position in the order of the names is the same, if no view has a camera
+//   yet, there are as many views as cameras and no number contradicts it.
 //
 // Views in `without` are paired too, but need no camera. Throws InputError if
 // another view has no camera or several candidates, if two views claim one

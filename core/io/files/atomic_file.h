@@ -41,7 +41,8 @@ class AtomicFile {
   // Writes buffered data, for the reader of a pipe.
   void Flush();
 
-  // Makes the file appear. Nothing may be written afterwards.
+  // Makes the file appear. Nothing may be written afterwards. Throws like
+  // Write, and InputError if this command has read the target meanwhile.
   void Commit();
 
   const std::string& path() const { return path_; }
@@ -149,7 +150,8 @@ class AtomicFiles {
   void RemoveOld(const std::string& path);
 
   // Makes the files appear; targets for which no file was written remain
-  // unchanged. Throws std::runtime_error on failure.
+  // unchanged. Throws std::runtime_error on failure, and InputError if this
+  // command has read a target meanwhile.
   void Commit();
 
  private:

@@ -21,8 +21,7 @@ inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
 }
 
 // Calls `visit` for each entry of a folder for which IsFileOrFolder is true, in
-// any order.
-// Throws InputError naming the folder if it cannot be listed.
+// any order. Throws InputError naming the folder if it cannot be listed.
 void ForEachEntry(
     const std::string& folder,
     const std::function<void(const std::filesystem::directory_entry& entry)>&

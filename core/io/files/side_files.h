@@ -21,7 +21,8 @@ std::string BesideTracks(const std::string& tracks_path,
                          const std::string& end);
 
 // 32 hexadecimal digits that identify tracks, computed from the bytes of a file
-// or of all files in a folder. Throws InputError if they cannot be read.
+// or from the names and bytes of all files in a folder. Throws InputError if
+// they cannot be read.
 std::string FingerprintOfTracks(const std::string& path);
 
 // The key by which a JSON object, or the first line of JSON Lines, identifies
@@ -37,8 +38,8 @@ bool IsFingerprintLine(const std::string& line);
 std::string FingerprintIn(const std::string& path);
 
 // The path of the side file with that suffix, if it belongs to the tracks.
-// Empty if it does not exist or belongs to other tracks; the latter is added to
-// `notes`.
+// Empty if it does not exist; empty with a note in `notes` if it belongs to
+// other tracks or does not specify its tracks.
 std::string SideFileOf(const std::string& tracks_path, const std::string& end,
                        std::vector<std::string>* notes);
 

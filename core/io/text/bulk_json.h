@@ -1,11 +1,13 @@
-// Fast reading of large JSON files by simdjson: reuses one parser and one
-// buffer, and checks types on access with messages "found ..., expected ...".
+// Fast reading of large JSON files by simdjson: reuses the parser and, for
+// lines, the buffer, and checks types on access with messages "found ...,
+// expected ...".
 // For core/io only.
 //
-// Uses simdjson's DOM instead of On Demand, which does not detect invalid text
-// after the values that are read. Both accept duplicate keys; readers of
-// kinegraph's own formats detect these (ReadKeys). NaN and Infinity, which are
-// not valid JSON but are written by Python, are read as null.
+// Uses simdjson's DOM instead of On Demand (except RawObject), which does not
+// detect invalid text after the values that are read. Both accept duplicate
+// keys; readers of kinegraph's own formats detect these (ReadKeys). NaN and
+// Infinity, which are not valid JSON but are written by Python, are read as
+// null.
 #ifndef KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 #define KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 
@@ -30,8 +32,9 @@ using JsonValue = simdjson::dom::element;
 using JsonArray = simdjson::dom::array;
 using JsonObject = simdjson::dom::object;
 
-// Access functions. Each throws InputError "KEY: found ..., expected ..."
-// that does not name the file; callers add file and line (see Located).
+// Access functions. Each throws InputError "KEY: found ..., expected ..." or
+// "KEY: is missing", which does not name the file; callers add file and line
+// (see Located).
 JsonArray AsArray(JsonValue value, std::string_view key);
 JsonObject AsObject(JsonValue value, std::string_view key);
 double AsNumber(JsonValue value, std::string_view key);
@@ -71,9 +74,10 @@ double AsFrameRate(JsonValue value, std::string_view key);
 // `given_hz`, otherwise the file's `stated_hz`; 0: unknown. Throws
 // InputError, which does not name the file, if they differ and `refuse_other`.
 double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other);
-// Whether two rates or periods differ by more than rounding.
+// Whether two rates or periods differ by more than 1 %.
 bool AreOtherRates(double a_hz, double b_hz);
-// frame / rate; 0 when the rate is 0.
+// frame / rate; 0 when the rate is 0. Throws InputError, which does not name
+// the file, if the number is so large that it looks like a time.
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz);
 
 // A key of an object in kinegraph's own formats: its name, whether it is

@@ -1,4 +1,4 @@
-// Rows of CSV text. For core/io only.
+// Rows of CSV text.
 #ifndef KINEGRAPH_CORE_IO_TEXT_CSV_ROWS_H_
 #define KINEGRAPH_CORE_IO_TEXT_CSV_ROWS_H_
 
@@ -48,7 +48,7 @@ std::vector<std::string> FirstCsvRow(std::string_view text);
 std::optional<double> NumberOfCell(std::string_view cell);
 
 // A text as a cell, quoted if RFC 4180 requires it. Spreadsheets execute a cell
-// that begins with = + - @ or a control character as a formula, which an
+// that begins with = + - @, a tab or a carriage return as a formula, which an
 // apostrophe in front prevents. An apostrophe is also added to a text that
 // begins with one, so that the conversion is reversible.
 std::string CsvCell(const std::string& text);

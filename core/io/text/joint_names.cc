@@ -138,7 +138,7 @@ Meaning MeaningOf(const std::string& label) {
       }
     }
   }
-  // Numbered points, such as those of a face: "left_face_3".
+  // Others, such as the numbered points of a face: "left_face_3".
   for (const auto& [word, side] :
        {std::pair{"left_", "l_"}, {"right_", "r_"}}) {
     if (Strip(label, word, /*at_front=*/true, &rest)) {

@@ -12,8 +12,8 @@ namespace kinegraph {
 
 // kinegraph's name for a joint with a label in any spelling: "left_shoulder",
 // "LShoulder", "shoulder_left" and "Shoulder L" are l_shoulder, "Hip" is
-// mid_hip, "Neck" is neck, "Anna:LAnkle (mm)" is l_ankle. The label of an
-// unknown joint is returned unchanged.
+// mid_hip, "Neck" is neck, "Anna:LAnkle (mm)" is l_ankle. Of an unknown
+// joint only a leading "left_" or "right_" is changed, to "l_" or "r_".
 std::string JointNameOf(const std::string& label);
 
 // kinegraph's names for a set of labels, all distinct. If several labels may be

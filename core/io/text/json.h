@@ -15,9 +15,9 @@ namespace kinegraph {
 // Keeps the order of the file.
 using Json = nlohmann::ordered_json;
 
-// Limits for small files, including TOML and YAML (docs/limits.md): the first
-// bounds recursion, the second the time of linear lookups of keys, the third
-// memory.
+// Limits for small files (docs/limits.md): the first, also of YAML, bounds
+// recursion; the second, also of YAML, the time of linear lookups of keys; the
+// third, also of TOML, memory.
 inline constexpr int kMaxJsonDepth = 64;
 inline constexpr size_t kMaxJsonKeys = 4096;
 inline constexpr size_t kMaxJsonValues = 1'000'000;
@@ -29,9 +29,9 @@ Json ParseJson(const std::string& text, const std::string& file);
 
 // Parses YAML, one document as OpenCV's FileStorage writes it. A map of rows,
 // cols and data (OpenCV's !!opencv-matrix) becomes an array of rows. Unquoted
-// scalars that are numbers become numbers, all others texts. Throws InputError
-// naming `file` and line for a syntax error, a repeated key, deep nesting, or
-// more than 16 MiB of values with aliases expanded.
+// scalars that are numbers or null become these, all others texts. Throws
+// InputError naming `file` and line for a syntax error, a repeated key, deep
+// nesting, or more than 16 MiB of values with aliases expanded.
 Json ParseYaml(const std::string& text, const std::string& file);
 
 // The prefix of `text` that is NaN or an infinity in Python's notation, which

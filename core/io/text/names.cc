@@ -78,7 +78,7 @@ int64_t FrameOfName(std::string_view file_name) {
   const std::string_view name = BeforeEnd(file_name);
   const std::optional<int64_t> number = LastInteger(name);
   // 30 years at 1000 Hz. Milliseconds since 1970 exceed this for all dates
-  // since 2001.
+  // after September 2001.
   constexpr int64_t kMost = 1'000'000'000'000;
   const bool has_seconds = HasSeconds(name);
   if (number.has_value() && *number < kMost && !has_seconds) return *number;

@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// Throws InputError naming `file` and line for a syntax error, a duplicate key
-// or too deep nesting.
+// Throws InputError naming `file` and line for a syntax error, a duplicate key,
+// too deep nesting or too many values.
 toml::table ParseToml(const std::string& text, const std::string& file);
 
 // The same values as JSON, with tables in file order (toml++ sorts them by

@@ -21,7 +21,7 @@ namespace {
 // ---- NumPy ----
 //
 // Reads tracks from the NumPy arrays that are listed at WriteNpzTracks. Without
-// `status` every position is an observed joint.
+// `status` every finite position is an observed joint.
 
 class NpzTrackReader {
  public:
@@ -167,7 +167,7 @@ class NpzTrackReader {
     return std::isfinite(m[0]) && std::isfinite(m[1]) && std::isfinite(m[2]);
   }
 
-  // For files without `status`: a person without any number is absent.
+  // For files without `status`: a person whose x coordinates are NaN is absent.
   std::vector<int64_t> StatusesByPositions(size_t count) const {
     std::vector<int64_t> statuses(count);
     for (size_t i = 0; i < count; ++i) {

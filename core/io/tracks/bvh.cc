@@ -286,7 +286,7 @@ Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
   if (std::abs(r(2, 1)) < kUpright) {
     y = std::atan2(-r(2, 0), r(2, 2));
     z = std::atan2(-r(0, 1), r(1, 1));
-  } else {  // gimbal lock: only the sum of the other two is determined
+  } else {  // gimbal lock: only z + y or z - y is determined
     z = std::atan2(r(1, 0), r(0, 0));
   }
   // Equivalent angles nearest to the previous ones.

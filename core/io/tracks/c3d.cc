@@ -1,6 +1,7 @@
 // Reading tracks from C3D files. The label "Anna:l_knee" is a joint of person
-// Anna; without such labels all points are one person. In a file without points
-// the joints are the origins of segments.
+// Anna; without such labels all points are one person, unless every label
+// occurs equally often, more than once: then each time for another person. In a
+// file without points the joints are the origins of segments.
 #include "core/io/tracks/c3d.h"
 
 #include <algorithm>

@@ -45,10 +45,9 @@ struct TrackFormat {
   using Read = TrackSequence (*)(const std::string& path,
                                  const TrackReadOptions& options);
   using ReadNames = PersonNames (*)(const std::string& path);
-  // Writes a file or a folder, which appears only when it is complete; numbers
-  // are read back as the same bits. Throws InputError if it cannot be created
-  // or the format cannot represent the tracks. Adds what the format cannot
-  // store to `lost_fields`.
+  // Writes a file or a folder, which appears only when it is complete. Throws
+  // InputError if it cannot be created or the format cannot represent the
+  // tracks. Adds what the format cannot store to `lost_fields`.
   using Write = void (*)(const std::string& path, const TrackSequence& tracks,
                          const TrackExportOptions& options,
                          LostFields* lost_fields);
@@ -81,7 +80,7 @@ struct TrackFormat {
   std::string person_extension = "";  // for one file per person
   // Every file that it recognises contains tracks.
   bool is_unmistakable = true;
-  // kinegraph-adapters recognises, reads and writes it.
+  // kinegraph-adapters recognises and reads it (if `read`) and writes it.
   bool is_of_adapter = false;
 };
 

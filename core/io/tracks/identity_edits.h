@@ -16,7 +16,7 @@ namespace kinegraph {
 // Evidence and margin are optional and only informative. The first line may
 // identify the tracks (side_files.h); it is skipped. Throws InputError naming
 // file and line for an unknown key or op, persons or frames of another shape,
-// or an empty range.
+// or an empty range (which join and undecided may have).
 std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path);
 
 // The file appears only when complete. `tracks`: the fingerprint of the tracks

@@ -25,8 +25,8 @@ struct TrackReadOptions {
   // For formats that do not specify their skeleton and if the number of joints
   // is ambiguous. With 4da19, "joints19" of a {"poses"} file is read.
   std::optional<Skeleton> skeleton;
-  // Overrides the file's rate. 0: not given; then 25 for longcw, whose frame
-  // numbers are round(25 timestamp).
+  // Overrides the file's rate. 0: not given; then 29.97 for Panoptic and 25 for
+  // longcw, whose frame numbers are round(rate * timestamp).
   double frame_rate_hz = 0.0;
   // Refuses that rate if the file states another one.
   bool refuse_other_rate = false;
@@ -53,12 +53,13 @@ double ParseLengthUnit(const std::string& text,
 bool LeavesUnitOpen(const std::string& path,
                     const TrackReadOptions& options = {});
 
-// Reads all frames. Throws InputError naming the file. Frames without people
-// are kept (TUM: all 3200). Positions are kObserved unless the format specifies
-// a status. Ids are those in the file; if longcw's reach 2^31, all are
-// replaced by 0, 1, 2 in order of appearance. header.mode is the format's name
-// unless the file specifies it. Times are those in the file, otherwise frame /
-// frame rate, or 0 if the rate is unknown.
+// Reads all frames. Throws InputError naming the file, OptionError for invalid
+// options. Frames without people are kept (TUM: all 3200). Positions are
+// kObserved unless the format specifies a status or, as Panoptic's, a low
+// confidence. Ids are those in the file or in its name; if it has none, or if
+// longcw's reach 2^31, they are 0, 1, 2 in order of appearance. header.mode
+// names the format unless the file specifies it. Times are those in the file,
+// otherwise frame / frame rate, or 0 if the rate is unknown.
 TrackSequence ReadTracks(const std::string& path,
                          const TrackReadOptions& options = {});
 

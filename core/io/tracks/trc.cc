@@ -144,12 +144,13 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
   }
 }
 
-// The frame of the first row, determined by its time: programs that trim a
-// recording keep the times, but renumber rows and OrigDataStartFrame from 0
-// or 1. A tolerance of a quarter of a frame permits rounded times and rates. If
-// the times restart as well, or lie between frames, the header determines the
-// frame; it is 0-based here and in Pose2Sim, whose rows and times count from 1,
-// and 1-based in laboratories' files.
+// The frame of the first row: the header's OrigDataStartFrame if the row's time
+// is less than 0.75 frames from it, otherwise the frame at that time. Programs
+// that trim a recording keep the times, but renumber rows and
+// OrigDataStartFrame from 0 or 1. A tolerance of a quarter of a frame permits
+// rounded times and rates. If the times restart as well, or lie between frames,
+// the header determines the frame; it is 0-based here and in Pose2Sim, whose
+// rows and times count from 1, and 1-based in laboratories' files.
 int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
   const double by_time = time_s * header.frame_rate_hz;
   const double nearest = std::round(by_time);

@@ -67,7 +67,7 @@ struct TreeMotion {
   // determine a rest pose, a frame of the recording is used. Lengths are
   // medians. Bones that were never seen get the length of the other side, or
   // the length by the stature that the other bones imply, or a fifth of the
-  // median bone.
+  // median bone, or 5 cm if no bone was seen.
   std::vector<Eigen::Vector3d> offsets_m;
   struct Row {
     std::vector<Eigen::Quaterniond> global;    // rotation from the rest pose

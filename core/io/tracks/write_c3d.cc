@@ -1,7 +1,7 @@
 // Writing C3D, the format of motion capture laboratories, according to
 // c3d.org's user guide: Intel (little-endian) floats in 512-byte blocks: a
-// header, the parameters, then x, y, z [mm] and a word of camera mask and
-// residual for each point and frame. C3D counts frames from 1: frame 0 of the
+// header, the parameters, then for each frame and point x, y, z [mm] and a
+// number for camera mask and residual. C3D counts frames from 1: frame 0 of the
 // tracks is frame 1 of the file.
 #include <algorithm>
 #include <cmath>
@@ -144,8 +144,9 @@ double UncertaintyMm(const PersonPose& person, size_t joint_idx) {
   return kMillimetresPerMetre * std::sqrt(std::max(0.0, variance_m2));
 }
 
-// Unit of the stored residual [mm]; a negative sign marks float points. The
-// guide requires that all coordinates divided by it fit 16 bits.
+// Unit of the stored residual [mm]. The file stores its negative, which marks
+// float points. The guide requires that all coordinates divided by it fit 16
+// bits.
 double ScaleMm(const TrackSequence& tracks) {
   constexpr double kMaxInteger = 32000.0;
   constexpr double kMaxResidual = 255.0;
@@ -224,7 +225,8 @@ class C3dRecording {
   }
 
   std::string Parameters() const {
-    // The parameters contain their own number of blocks, so make them twice.
+    // The parameters contain the block at which the data begin, which depends
+    // on their own size, so make them twice.
     const size_t blocks = MakeParameters(0).size() / kC3dBlock;
     return MakeParameters(static_cast<int>(blocks) + 2);
   }
@@ -315,7 +317,8 @@ class C3dRecording {
     parameters->Texts("X_SCREEN", {axis_of(0)}).Texts("Y_SCREEN", {axis_of(2)});
   }
 
-  // Adds names of identities, and events at their first and last frames.
+  // Adds names of identities, and events at the first and last frames of the
+  // first 127.
   void AddSubjectsAndEvents(C3dParameters* parameters) const {
     constexpr size_t kMostEvents = 254;
     constexpr double kMinute = 60.0;

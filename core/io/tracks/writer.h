@@ -39,7 +39,8 @@ class TrackWriter {
   TrackWriter& operator=(const TrackWriter&) = delete;
 
   // Frame numbers must ascend. Throws std::logic_error if they do not, if a
-  // number is not finite or if a person does not match the header.
+  // number is not finite or if a person does not match the header; InputError
+  // for a frame number above 2^50.
   void Write(const TrackFrame& frame);
   // Passes what was written so far to the reader of a pipe. A file appears only
   // in Commit().
