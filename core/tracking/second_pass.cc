@@ -14,7 +14,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kVelocitySeconds = 0.2;  // averaging time of an end's velocity
-constexpr double kFades = 0.5;            // s, to zero velocity
+constexpr double kFades = 0.5;            // s, time constant of the velocity
 constexpr double kNewShare = 0.3;         // weight of the newest velocity
 
 struct Place {
