@@ -109,9 +109,9 @@ struct ObservationTruth {
 };
 
 // The same scene and options give the same bits. `truth` may be null. Pixels,
-// outliers, missing joints, confidences, people, false people, their order,
-// dropped frames and jitter each have their own random numbers, unaffected by
-// options of the others. Throws OptionError for options outside their limits.
+// outliers, missing joints, confidences, people, false people, dropped frames
+// and jitter each have their own random numbers, unaffected by options of the
+// others. Throws OptionError for options outside their limits.
 DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
                           ObservationTruth* truth);
 

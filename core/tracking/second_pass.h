@@ -154,7 +154,7 @@ class SecondPass {
 
   std::vector<TrackFrame> frames_;  // hold the first pass's people
   // Poses before this frame are packed, [person][its frames]: they are needed
-  // only where the second pass finds no match, which is rare.
+  // only for joints that the second pass does not estimate, which are few.
   size_t packed_end_ = 0;
   std::map<TrackId, PackedPoses> packed_;
   std::map<TrackId, std::vector<TrackRun>> runs_;  // with ends to be extended
