@@ -16,8 +16,8 @@ namespace kinegraph {
 // ties in the search for the next column go to the lowest index.
 class HungarianSolver {
  public:
-  // `cost` is row-major, rows x cols; throws std::invalid_argument unless all
-  // are finite. Every row is assigned when rows <= cols, every column
+  // `cost` is row-major; throws std::invalid_argument unless it has rows x cols
+  // finite entries. Every row is assigned when rows <= cols, every column
   // otherwise. (*col_of_row)[r] is the column of row r, or -1.
   void Minimise(Span<double> cost, int rows, int cols,
                 std::vector<int>* col_of_row);

@@ -35,7 +35,8 @@ struct AssociationOptions {
   // Joints of 17 that must have a positive affinity. Where joints are missing,
   // the same share of the joints that both poses have.
   double epsilon_joints = 10.0;
-  // Of 17; a pair with fewer common joints cannot match.
+  // Of 17; a pair with fewer common joints cannot match. Graph mode: four of 17
+  // suffice if all common joints agree well.
   double min_common_joints = 6.0;
   // cross_view only.
   Target2d target_2d = Target2d::kMatched;

@@ -10,8 +10,8 @@ namespace kinegraph {
 namespace {
 
 // Gate from one detection to the next, as a share of the person's size in the
-// image: detector noise, and per second twice the speed of a runner (1.7 m
-// tall, 4 m/s across the view).
+// image: detector noise, and per second the way of a runner (1.7 m tall, 4 m/s
+// across the view).
 constexpr double kNoise = 0.06;
 constexpr double kPerSecond = 2.5;
 // Greatest ratio of the nearest distance to the second nearest.

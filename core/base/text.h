@@ -43,9 +43,9 @@ inline std::string_view WithoutPlus(std::string_view text) {
 // `text` escaped for HTML and XML, in elements and quoted attributes.
 std::string HtmlText(const std::string& text);
 
-// Levenshtein distance: the least number of characters to insert, delete or
-// replace that turns `a` into `b`. The time is proportional to the product of
-// both lengths.
+// Levenshtein distance: the least number of bytes to insert, delete or replace
+// that turns `a` into `b`. The time is proportional to the product of both
+// lengths.
 size_t EditDistance(const std::string& a, const std::string& b);
 
 struct Utf8Letter {

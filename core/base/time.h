@@ -22,8 +22,9 @@ inline TimeNs FromSeconds(double seconds) {
 
 // Converts between frames and time at a recording's nominal rate. Durations are
 // compared with half a frame of tolerance, so that the result depends neither
-// on rounding nor on jitter (without it, rounding makes an age of exactly 3
-// frames pass `< 3 / 25.0` in a third of all frames).
+// on rounding nor on jitter (without it, at 29.97 Hz, times in whole
+// nanoseconds make an age of exactly 3 frames less than 3 in nine of ten
+// frames).
 class FrameClock {
  public:
   // `frame_rate_hz` > 0.

@@ -107,7 +107,7 @@ double Stance::Body::Low(const Vector3d& along) const {
 
 double Stance::Body::High(const Vector3d& along) const { return -Low(-along); }
 
-// The largest first; each body is in one group.
+// The one with the densest centre first; each body is in at most one group.
 std::vector<Stance::Group> Stance::Groups() const {
   constexpr double kLeastShare = 0.05;
   const double alike = std::cos(kAlike_deg * kRadiansPerDegree);

@@ -33,8 +33,8 @@ struct CameraResult {
   std::vector<Share> rra;
   // Camera centre accuracy: cameras whose centre is within 5, 10, 15 % of the
   // scene's size of the true one, after alignment with scale and after rigid
-  // alignment. The size is the distance of the farthest true camera from the
-  // mean of all.
+  // alignment. The size is the distance of the farthest of the scored true
+  // cameras from their mean.
   std::vector<double> cca_percent = {5.0, 10.0, 15.0};
   std::vector<Share> scaled_cca, cca;
 };

@@ -17,7 +17,7 @@ struct Centres {
 // Reduces both results to centres if they have no joint in common and one has a
 // single joint, which is taken to be a centroid; nullopt otherwise. The centre
 // of the other skeleton is the middle of the hips; if the skeleton or a pose
-// has no hips, it is the mean of the joints, which for a box is the mean of top
+// lacks a hip, it is the mean of the joints, which for a box is the mean of top
 // and bottom.
 std::optional<Centres> ReducedToCentres(const TrackSequence& a,
                                         const TrackSequence& b);

@@ -18,7 +18,7 @@
 namespace kinegraph {
 
 // Greatest mean distance over joints at which a found person matches a true one
-// [m]: in coverage, identity scores, one-to-one PCP and held-out errors.
+// [m]: in all measures but parity, Panoptic's and PCP without a gate.
 inline constexpr double kPersonGateM = 0.5;
 inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 

@@ -58,13 +58,14 @@ struct DerivativeResult {
 };
 
 // Velocity and acceleration of the truth are central differences of its
-// positions in three consecutive frames, at `rate_hz`. Those of the tracks are
-// the derivatives of the estimator's model where its poses have them; the
-// acceleration of a model that has none is the central difference of its
-// velocities. For other poses both are central differences of the positions.
-// People are paired as in EvaluateMpjpe, and the pair must be the same in all
-// three frames, whatever the source, so that all strategies are scored on the
-// same frames.
+// positions in three consecutive frames, at `rate_hz` or, where the truth has
+// only every n-th frame of the tracks, a rate n times lower. Those of the
+// tracks are the derivatives of the estimator's model where its poses have
+// them; the acceleration of a model that has none is the central difference of
+// its velocities. For other poses both are central differences of the
+// positions. People are paired as in EvaluateMpjpe, and the pair must be the
+// same in all three frames, whatever the source, so that all strategies are
+// scored on the same frames.
 //
 // A contact is an instant at which a descending ankle of the ground truth is
 // decelerated by more than one g: the greatest such deceleration within 0.1 s.

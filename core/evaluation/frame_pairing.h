@@ -42,7 +42,9 @@ struct PairingNames {
 };
 
 // Pairs frames by time where both recordings have times and a rate, else by
-// frame number; restricted to `frames`, in the tracks' numbers (empty: all).
+// frame number; also by number, with a note, where equal rates have no time in
+// common or the times of equal numbers drift apart. Restricted to `frames`, in
+// the tracks' numbers (empty: all).
 // Nothing is interpolated: at different rates only common instants are
 // compared, and frames between them are ignored. Throws InputError naming both
 // rates where they differ and no two frames have the same time.
@@ -50,9 +52,10 @@ FramePairing PairFrames(const TrackSequence& truth, const TrackSequence& tracks,
                         const std::vector<FrameRange>& frames = {},
                         const PairingNames& names = {});
 
-// Renumbers the frames of `recording` like those of `lead` at the same
-// instants; frames between those of the lead are dropped. Returns the notes.
-// Throws as PairFrames does.
+// Renumbers the frames of `recording` (`names.truth`) like those of `lead`
+// (`names.tracks`) at the same instants; frames between those of the lead are
+// dropped. No change if frames are paired by number. Returns the notes. Throws
+// as PairFrames does.
 std::vector<std::string> NumberFramesLike(const TrackSequence& lead,
                                           const PairingNames& names,
                                           TrackSequence* recording);

@@ -33,9 +33,9 @@ struct HeldOutJoint {
   JointClass joint_class = JointClass::kOther;
   double error_px = 0.0;  // capped; equals the cap without a prediction
   bool predicted = false;
-  // r' (J Sigma J' + sigma^2 I)^-1 r of the residual r, where the run has a
-  // covariance Sigma and the caller gives a sigma: 2 on average if both are
-  // correct.
+  // r' (J Sigma J' + sigma^2 I)^-1 r of the residual r (without bias_px), where
+  // the run has a covariance Sigma and the caller gives a sigma: 2 on average
+  // if both are correct.
   std::optional<double> normalised_squared;
 };
 
@@ -78,7 +78,8 @@ struct HeldOutRules {
 // so feet that only some skeletons have do not change the set. The people of
 // the run are paired with those of the reference by `rules`. A prediction
 // farther away than the cap counts as none. Throws InputError when the set
-// refers to a frame, detection or person that does not exist.
+// refers to a frame, detection or person that does not exist, or when the rates
+// of run and reference differ.
 void ScoreHeldOutCamera(const HeldOutSet& set,
                         const DetectionSequence& detections, int view_idx,
                         const Camera& camera, const TrackSequence& reference,

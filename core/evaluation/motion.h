@@ -20,7 +20,8 @@ struct MotionOptions {
 
 struct MotionResult {
   // Both figures use only shoulders, elbows, wrists, hips, knees and ankles,
-  // and the twelve bones between them, to be comparable between skeletons.
+  // and the twelve bones between them, to be comparable between skeletons. The
+  // acceleration uses all joints of a skeleton that has none of these.
   //
   // Mean of |p(k+1) - 2 p(k) + p(k-1)| rate^2 over joints that are observed in
   // three consecutive frames [m/s^2]; NaN if there are none.

@@ -65,7 +65,7 @@ struct MpjpeResult {
 };
 
 // The body frame in world axes: columns right, forward, up. nullopt when the
-// pose lacks shoulders and hips or lies flat.
+// pose has neither both shoulders nor both hips, or lies on its side.
 std::optional<Eigen::Matrix3d> BodyFrame(const Pose3d& pose,
                                          const Skeleton& skeleton,
                                          const Eigen::Vector3d& up);

@@ -172,7 +172,7 @@ struct PcpPersonFrame {
 
 // The reason why a part is incorrect.
 enum class LossReason {
-  kNoPose,     // no prediction in the frame
+  kNoPose,     // no prediction is matched with the person
   kElsewhere,  // the nearest prediction is beyond kPersonGateM: another person
   kNoJoint,    // the prediction lacks an end
   kTooFar,     // the errors exceed the tolerance, by the EndpointRule

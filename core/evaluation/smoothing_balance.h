@@ -36,8 +36,8 @@
 namespace kinegraph {
 
 // A joint of one person in consecutive frames. In the world: its position [m].
-// In an image: x and y [px], and metres per pixel perpendicular to the ray. NaN
-// where missing.
+// In an image: x and y [px], and metres per pixel perpendicular to the ray (0
+// for detections). NaN where missing.
 struct JointTrace {
   int64_t begin = 0;  // the first frame
   std::vector<Eigen::Vector3d> points;

@@ -55,7 +55,7 @@ double QuantileOfRepeated(const std::vector<double>& ascending,
 // short series.
 
 struct BootstrapOptions {
-  int64_t block_length = 25;  // in frames
+  int64_t block_length = 25;  // in units of a series, usually frames
   int64_t resamples = 2000;
   double confidence = 0.95;
   int64_t seed = 1;

@@ -7,9 +7,9 @@
 namespace kinegraph {
 
 // Welch (1967): a segment is detrended, tapered by a Hann window and
-// transformed. The squared magnitudes of the bins 1 .. length / 2 sum to the
-// mean square of the detrended segment (positive and negative frequencies
-// together).
+// transformed. The squared magnitudes of the bins 1 .. length / 2 sum, on
+// average, to the mean square of the detrended segment (positive and negative
+// frequencies together).
 class TaperedTransform {
  public:
   // `length` >= 2 samples; computes the bins `first` .. length / 2, `first` >=

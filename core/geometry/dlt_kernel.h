@@ -12,8 +12,8 @@ namespace kinegraph {
 
 // The rows of A, kept few by orthogonal reduction: |A X| depends on R of A = Q
 // R alone. The normal matrix A^T A would square the condition number, which
-// matters when a new view is combined with one three frames old: the weights
-// are 1 and e^-15 (Golub and Van Loan, Matrix Computations, section 5.3).
+// matters when a new view is combined with one two frames old: the weights are
+// 1 and e^-10 (Golub and Van Loan, Matrix Computations, section 5.3).
 template <typename T>
 class RowReducer {
  public:

@@ -11,8 +11,8 @@
 namespace kinegraph {
 namespace {
 
-// Adults' bone lengths differ by about 4 % with their stature, and by as much
-// again from bone to bone (Drillis and Contini's shares are averages).
+// Adults' bone lengths differ by about 4 % with their stature, and by another
+// 3.5 % from bone to bone (Drillis and Contini's shares are averages).
 constexpr double kStatureSigma = 0.04;
 constexpr double kBoneSigma = 0.035;
 

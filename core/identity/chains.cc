@@ -24,7 +24,8 @@ constexpr double kKnownRather = 3.0;  // nats
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
-// Largest overlap in time of a track with its successor [s].
+// Largest overlap in time of a track with its successor [s], unless the two
+// nearly coincide.
 constexpr double kMaxOverlap = 0.5;
 // Up to this number of chains the margin is exact, from the second best
 // assignment.

@@ -41,7 +41,8 @@ struct Link {
 struct LinkedPieces {
   Pieces pieces;
   std::vector<Chain> chains;
-  std::vector<Link> links;      // joins within the chains
+  std::vector<Link> links;      // joins within the chains, except those that
+                                // only keep what the tracker had joined
   std::vector<Link> undecided;  // best candidates that were not joined
 };
 

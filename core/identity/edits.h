@@ -12,9 +12,9 @@ namespace kinegraph {
 
 // Applies one edit; a cut without a second person takes the next free identity
 // and stores it in the edit. Names and undecided joins change no frame. If the
-// edit is invalid, returns the reason and changes nothing: an unknown person,
-// frames in which a person is absent, two people who are both present in a
-// frame. Empty on success.
+// edit is invalid, returns the reason and changes nothing: for example an
+// unknown person, frames in which the person is absent, or a join of two people
+// who are both present in a frame. Empty on success.
 std::string ApplyEdit(IdentityEdit* edit, std::vector<TrackFrame>* frames);
 
 // Applies the edits in order and appends the valid ones to `done`. Returns a

@@ -22,8 +22,9 @@ namespace kinegraph {
 // its predecessor, or to none, that has the greatest sum of log likelihood
 // ratios: of bone lengths, of the motion across the gap, of continuing as
 // tracked (after Zhang, Li and Nevatia 2008, whose minimum-cost flow without
-// reward for a piece is this assignment). Pieces visible at the same time are
-// different people. A join is made when every assignment without it is worse by
+// reward for a piece is this assignment). Pieces that overlap in time by half a
+// second or more are different people, unless they nearly coincide there. A
+// join is made when every assignment without it is worse by
 // the margin; joined pieces are then treated as one, and the rest is decided
 // again.
 std::vector<IdentityEdit> LinkIdentities(

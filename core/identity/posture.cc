@@ -37,8 +37,7 @@ double Swing(double gap_s) {
                   kSwing * std::sqrt(1.0 - std::exp(-gap_s / kSwingGrows)));
 }
 
-// x to the left, y forward or backward, z up; nullopt where the heading is
-// unknown.
+// Rows x to the left, y backward, z up; nullopt where the heading is unknown.
 std::optional<Eigen::Matrix3d> Axes(const LimbPosture& posture,
                                     const Eigen::Vector3d& up) {
   const Eigen::Vector3d across =

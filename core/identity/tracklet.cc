@@ -176,9 +176,9 @@ std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
 
 namespace {
 
-// People pass each other with about half a metre between their centres. The
-// track of a person who lost or gained a track within a metre may follow the
-// wrong one.
+// People pass each other with about half a metre between their centres. A track
+// may continue with the wrong person where another track begins or ends within
+// a metre of it.
 constexpr double kNear = 1.0;          // m
 constexpr double kTouching = 0.4;      // m
 constexpr double kMayExchange = 1.5;   // m
@@ -460,7 +460,7 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
   };
   for (const Interval& contact : contacts) {
     const size_t size = rest.frames.size();
-    // Frames up to `begin` and from `end` on are clean.
+    // Frames before `begin` and from `end` on are clean.
     const auto begin =
         static_cast<size_t>(std::max(0L, IndexAt(rest, contact.begin - 1) + 1));
     const auto end = static_cast<size_t>(IndexAt(rest, contact.end) + 1);

@@ -1,6 +1,7 @@
 // Pieces of tracks, the unit of identity decisions. Tracks are cut at contacts:
-// where they come close to each other, or are lost or recovered close to
-// another, so that the tracker may have continued with the wrong person.
+// where they come close to each other, another begins or ends close to them, or
+// no view sees them for a while, so that the tracker may have continued with
+// the wrong person.
 #ifndef KINEGRAPH_CORE_IDENTITY_TRACKLET_H_
 #define KINEGRAPH_CORE_IDENTITY_TRACKLET_H_
 
@@ -31,7 +32,7 @@ struct Tracklet {
   std::vector<TrackletFrame> frames;  // ascending
   std::vector<int> body_joints;       // shoulders to wrists, hips to ankles
   // Number of frames at the beginning and the end that are ignored, because
-  // another person was too close.
+  // they belong to a contact.
   size_t dirty_begin = 0;
   size_t dirty_end = 0;
 

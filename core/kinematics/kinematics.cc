@@ -79,8 +79,8 @@ bool IsFinger(const std::string& joint) {
   return false;
 }
 
-// Whether the joint has a column of speeds: all joints but fingers and face; of
-// the face only the nose.
+// Whether the joint has a column of speeds: all joints but fingers and head; of
+// the head only the nose.
 bool HasSpeed(const Skeleton& skeleton, int joint_idx) {
   const std::string& joint = skeleton.joints()[joint_idx];
   if (IsFinger(joint)) return false;

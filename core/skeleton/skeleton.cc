@@ -179,8 +179,7 @@ bool operator==(const Skeleton& a, const Skeleton& b) {
 namespace {
 
 // Name of iBUG's face point `point` of 68. Points of a pair share the number of
-// the one on the person's right, which is the smaller number except in the
-// lower rows of eyes and mouth.
+// the one on the person's right.
 std::string FacePoint(int point) {
   // Rows of points that mirror each other: first <-> last, and so on.
   constexpr std::array<std::array<int, 2>, 6> kRows = {

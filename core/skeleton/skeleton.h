@@ -36,7 +36,8 @@ class Skeleton {
  public:
   Skeleton() = default;
   // Mirror partners follow from names ("l_x" and "r_x"). Throws OptionError for
-  // an empty or repeated joint name or a bone with a joint out of range.
+  // no or more than 10000 joints, an empty or repeated joint name, or a bone
+  // that does not join two of the joints.
   Skeleton(std::string name, std::vector<std::string> joints,
            std::vector<Bone> bones);
 
@@ -44,7 +45,7 @@ class Skeleton {
   int joint_count() const { return static_cast<int>(joints_.size()); }
   const std::vector<std::string>& joints() const { return joints_; }
   const std::vector<Bone>& bones() const { return bones_; }
-  // Index of the joint on the other side; the joint itself if central.
+  // Index of the joint on the other side; the joint itself if there is none.
   int mirror(int joint_idx) const { return mirror_[joint_idx]; }
   JointClass joint_class(int joint_idx) const { return classes_[joint_idx]; }
   // -1 if there is no such joint.

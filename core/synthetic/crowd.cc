@@ -18,8 +18,9 @@ constexpr int kStepsPerKnot = 4;
 constexpr double kRelaxation = 0.6;        // time constant of velocity [s]
 constexpr double kMaxAcceleration = 2.5;   // [m/s^2]
 constexpr double kAvoidanceHorizon = 2.5;  // looks ahead this far [s]
-constexpr double kSeatClearance = 0.35;  // additional distance from a seat [m]
-constexpr double kPatience = 9.0;        // before choosing another goal [s]
+// Additional distance from others to sit down, half of it once seated [m].
+constexpr double kSeatClearance = 0.35;
+constexpr double kPatience = 9.0;  // before choosing another goal [s]
 
 double Wrap(double angle_rad) { return std::remainder(angle_rad, 2.0 * kPi); }
 

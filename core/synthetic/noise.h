@@ -44,8 +44,8 @@ struct JointNoise {
   void Describe(OptionVisitor& visitor);
 };
 
-// Table [noise]. All zero by default: exact projections of all joints inside
-// the images.
+// Table [noise]. The defaults give exact projections of all joints inside the
+// images.
 struct NoiseOptions {
   int64_t seed = 1;
   JointNoise joints;
@@ -108,8 +108,9 @@ struct ObservationTruth {
   std::vector<std::vector<std::vector<DetectionTruth>>> frames;
 };
 
-// The same scene and options give the same bits. `truth` may be null. Enabling
-// or disabling one kind of noise does not affect the random numbers of the
+// The same scene and options give the same bits. `truth` may be null. Pixels,
+// outliers, missing joints, confidences, people, false people, dropped frames
+// and jitter each have their own random numbers, unaffected by options of the
 // others. Throws OptionError for options outside their limits.
 DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
                           ObservationTruth* truth);

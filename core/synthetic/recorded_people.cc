@@ -78,7 +78,8 @@ constexpr double kSwayFade = 1.0;
 // Standing people sway less to the side than forward.
 constexpr double kSideShare = 0.6;
 // Quiet standing has nearly all of its sway below 1 Hz (Winter 1995, Human
-// balance and posture control during standing and walking); incommensurate.
+// balance and posture control during standing and walking). The sum repeats
+// only after 100 s.
 constexpr std::array<double, 5> kSwayHz = {0.11, 0.23, 0.37, 0.59, 0.83};
 
 // Least half range of an angle's cosine: a range of 15 degrees about a right

@@ -325,7 +325,7 @@ class SimulatedActor : public Actor {
   }
 
   // 0: upright, 1: seated. `transition` is 1 in the middle of sitting down or
-  // standing up and 0 at either end.
+  // standing up and falls to 0 towards either end.
   double SeatShare(double time_s, double* transition) const {
     double share = 0.0;
     *transition = 0.0;

@@ -33,7 +33,7 @@ ProcessEnd RunInFolder(std::vector<std::string> words,
                        const char* errors);
 
 // Runs a program by its name, with the given standard streams. `setting`,
-// NAME=value, is added to its environment.
+// NAME=value, is set in its environment.
 ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
                           std::FILE* output, std::FILE* errors,
                           const std::string& setting);
@@ -58,7 +58,8 @@ class RunningProgram {
   ProcessEnd end_;
 };
 
-// The first line of output of a shell command; empty if it fails.
+// The first line that a shell command prints, up to 255 bytes; empty if it
+// prints none.
 std::string FirstLineOf(const std::string& command);
 
 // Keeps up to 64 MB of freed memory in the process, because the kernel would

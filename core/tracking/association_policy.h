@@ -29,8 +29,10 @@ struct AssociationState {
   double alpha_new_px = 0.0;
 };
 
-// The paper's policy, without additions. The tracker calls these functions in
-// the order of their declaration, once per frame. Pairs are row-major, tracks x
+// The paper's policy, without additions. In each frame the tracker calls Forbid
+// and MatchesAgain for each view, FalseRecovery for each new person,
+// AwaitsSlight, SeeSlight, LearnUpdates, Counts for each track, and MayBegin
+// and LearnBeginning for each new person. Pairs are row-major, tracks x
 // observations of the view.
 class AssociationPolicy {
  public:

@@ -17,10 +17,10 @@
 namespace kinegraph {
 
 // Whether two observations of one view show one person: the joints that both
-// found are apart by less than a twentieth of the larger one's box on average
-// (about 9 cm on an adult), and they are at least half of the joints of the
-// observation that found fewer. Two people overlap that well only for a frame
-// or two.
+// found are apart by less than a twentieth of the larger box's diagonal on
+// average (about 9 cm on an adult), and they are at least half of the joints of
+// the observation that found fewer. Two people overlap that well only for a
+// frame or two.
 bool IsOnePerson(const Observation& a, const Observation& b);
 // Overload for known boxes around the joints.
 bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
@@ -28,8 +28,8 @@ bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
 
 // Keeps one observation of each group of duplicates, at the index of the
 // group's first: the one with the most joints, then the most confident one,
-// then the first. Returns the number kept; they are moved to the front, and
-// observations[count..] keep their memory.
+// then the first. Returns the number kept; they are moved to the front, and the
+// others stay behind them, for their memory to be reused.
 size_t SuppressDuplicates(size_t count, std::vector<Observation>* observations);
 
 // Observations of each view of a frame, converted to the skeleton of the

@@ -124,7 +124,8 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
   // Where the views may agree by chance, a joint seen by a single view counts
-  // as missing, and an update that lacks a third of the joints does not count.
+  // as missing, and an update that lacks more than a third of the joints does
+  // not count.
   bool Counts(const Track& track) const override {
     const EstimatorFrame& frame = track.frame;
     std::vector<size_t> views;

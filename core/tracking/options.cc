@@ -17,7 +17,7 @@ constexpr double kUsualDistance = 4.0;  // m
 // the axes do not determine it.
 bool MeetingPoint(const CameraRig& cameras, Eigen::Vector3d* point_m) {
   // A smallest eigenvalue below this share of the number of cameras means that
-  // the axes lie within about 10 degrees of each other.
+  // the axes lie within about 10 degrees (RMS) of a common direction.
   constexpr double kParallel = 0.03;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();

@@ -21,7 +21,7 @@ enum class GateUnits {
 //   alpha_epi = alpha_group = alpha_filter = s epipolar_m + detector_px
 //   alpha_2d  = s (reach_m + speed_mps / frame_rate) + motion_detector_px
 // with s = focal length / working distance [px/m], the median over cameras. The
-// defaults give 65 and 85 px for Shelf's cameras (s = 310 px/m, 25 Hz; the
+// defaults give 65 and 84 px for Shelf's cameras (s = 310 px/m, 25 Hz; the
 // paper: 60 and 70), 15 and 26 for Campus' (48 px/m; the paper: 15 and 30).
 struct GateOptions {
   GateUnits units = GateUnits::kPixels;

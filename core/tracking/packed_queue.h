@@ -46,7 +46,7 @@ class ByteExchange {
   void One(Eigen::Matrix<double, kRows, 1>& vector) {
     Raw(vector.data(), sizeof(double) * kRows);
   }
-  // A covariance; half of it if it is exactly symmetric.
+  // A covariance; its lower triangle if it is exactly symmetric.
   void One(Eigen::Matrix3d& matrix) {
     bool symmetric = !kReads && matrix == matrix.transpose();
     One(symmetric);
@@ -160,8 +160,8 @@ class PackedQueue {
   std::string packed_;  // the newest item; kept to reuse its memory
 };
 
-// Measurements and the initial pose are restored bit by bit; the results of the
-// joints filter (verdicts, inlier views) are not kept.
+// Measurements and the initial pose are restored bit for bit; the results of
+// the joints filter (verdicts, inlier views) are not kept.
 using PackedFrames = PackedQueue<EstimatorFrame>;
 // Everything but identity and derivatives.
 using PackedPoses = PackedQueue<PersonPose>;

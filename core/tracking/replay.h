@@ -92,10 +92,10 @@ struct ReplayOutcome {
 class Replay {
  public:
   // Throws OptionError unless `detections` has one view per camera of `scene`,
-  // InputError for a frame of the matches that is not among them. `feedback` is
-  // the run's causal estimator: its prediction is the input of the joints
-  // filter, as in the run. With another kind of estimator the filter's verdicts
-  // may differ from the run's.
+  // InputError for a frame or a detection of the matches that is not among
+  // them. `feedback` is the run's causal estimator: its prediction is the input
+  // of the joints filter, as in the run. With another kind of estimator the
+  // filter's verdicts may differ from the run's.
   Replay(SceneModel scene, const DetectionSequence& detections,
          const FrozenMatches& matches, const TrackerOptions& options,
          EstimatorFactory feedback);

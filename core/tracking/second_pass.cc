@@ -14,7 +14,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kVelocitySeconds = 0.2;  // averaging time of an end's velocity
-constexpr double kFades = 0.5;            // s, to zero velocity
+constexpr double kFades = 0.5;            // s, time constant of the velocity
 constexpr double kNewShare = 0.3;         // weight of the newest velocity
 
 struct Place {
@@ -123,7 +123,8 @@ void EndFollower::Agree(const Pose3d& pose, TimeNs time) {
 
 namespace {
 
-// The longest time for which a person is followed back from the first frame.
+// The longest time for which a person is followed back from the first frame of
+// a run.
 constexpr TimeNs kLongestBack = 2'000'000'000;
 // At the end of a track that only one view sees, the joints' mean uncertainty
 // must not exceed this: a third of the distance at which two people pass each

@@ -43,8 +43,8 @@ class EndFollower {
  public:
   EndFollower(Pose3d pose, TimeNs time, Eigen::Vector3d velocity_mps);
 
-  // The body translated from the last pose; the velocity fades within half a
-  // second.
+  // The body translated from the last pose; the velocity decays with a time
+  // constant of half a second.
   Pose3d At(TimeNs time) const;
   // To be called when views agreed on this pose.
   void Agree(const Pose3d& pose, TimeNs time);
@@ -103,7 +103,8 @@ class SecondPass {
     EndFollower follower;
     int end = 0;  // number of the extension
   };
-  // Number of views that agree; kInTwoViews: two or more.
+  // Number of views that agree; kInOneView: also several that do not agree,
+  // kInTwoViews: two or more.
   enum class Seen { kInNoView, kInOneView, kInTwoViews };
   // A frame beyond an end that was given to an estimator.
   struct Beyond {
@@ -153,7 +154,7 @@ class SecondPass {
 
   std::vector<TrackFrame> frames_;  // hold the first pass's people
   // Poses before this frame are packed, [person][its frames]: they are needed
-  // only where the second pass finds no match, which is rare.
+  // only for joints that the second pass does not estimate, which are few.
   size_t packed_end_ = 0;
   std::map<TrackId, PackedPoses> packed_;
   std::map<TrackId, std::vector<TrackRun>> runs_;  // with ends to be extended

@@ -27,8 +27,8 @@ class LookRhythm {
   explicit LookRhythm(const FrameClock& clock) : clock_(clock) {}
 
   // Processes the next frame. Returns whether the detector ran on it: some view
-  // has a detection, or none has had one for longer than the detector's recent
-  // pauses.
+  // has a detection, or none has had one for as long as the longest of the
+  // detector's recent pauses.
   bool IsLook(const DetectionFrame& frame);
 
   // Typical interval between frames with detections [frames], at least 1: the
@@ -77,7 +77,8 @@ enum class TrackState { kTentative, kConfirmed, kDeleted };
 // confirmed after a number of hits; a tentative track is deleted at its first
 // miss, any track when its last update is too old. Misses do not reset hits.
 // Where the detector does not run on every frame (LookRhythm), a hit counts as
-// the frames that it represents, and two are enough.
+// the frames that it represents; two hits that represent confirm_hits frames
+// are then enough.
 class TrackLife {
  public:
   // Options in frames (LifeInFrames).
@@ -85,10 +86,10 @@ class TrackLife {
             TimeNs birth_time);
 
   // Starts a new frame. A track whose last update is older than its age limit
-  // is deleted before it can match anything: after dropped or cut frames its
-  // gate could cover the whole image. With independent frames every track is
-  // deleted. `look_frames`: typical interval between frames on which the
-  // detector runs.
+  // by `look_frames` is deleted before it can match anything: after missing
+  // frames its distance gate could cover the whole image. With independent
+  // frames every track is deleted. `look_frames`: typical interval between
+  // frames on which the detector runs.
   void BeginFrame(TimeNs time, double look_frames = 1.0);
 
   // A frame on which the detector ran: whether any view matched, and whether

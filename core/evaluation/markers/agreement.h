@@ -44,9 +44,11 @@ class Calibration {
   double Covered(double level) const;
   // Mean over the levels 0.05, 0.10, ..., 0.95 of |covered - level|.
   double ExpectedCalibrationError() const;
-  // Sharpness: square root of the covariances' mean trace [m].
+  // Sharpness: square root of the mean trace of the positive definite
+  // covariances [m].
   double StatedRms() const;
-  // Mean of -log density, lengths in millimetres [nat]: less is better.
+  // Mean of -log density over the same, lengths in millimetres [nat]: less is
+  // better.
   double LogScore() const;
 
  private:

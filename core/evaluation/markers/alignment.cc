@@ -109,7 +109,7 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
       " m/s; --align=world or none");
 }
 
-// The shift of greatest correlation of the speeds, to one step.
+// The shift at which the speeds' correlation is most significant, to one step.
 double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
                     double half_s) {
   constexpr double kStepS = 0.04;
@@ -419,7 +419,7 @@ WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
 // ---- Both -------------------------------------------------------------------
 
 // Root mean square distance of the joints from their middle, the median over
-// the frames [m]; 0 without frames.
+// the frames that have all joints [m]; 0 without such frames.
 double BodySize(const JointPaths& paths) {
   std::vector<double> sizes_m;
   for (const double time_s : paths.times_s()) {

@@ -108,8 +108,8 @@ class Finder {
   }
 
   // Distance ahead of the pelvis [m], in the direction that it faces in each
-  // frame, because people turn; where that is unknown, in the direction of the
-  // feet over the recording.
+  // frame, because people turn; where that is unknown, in the mean direction of
+  // the feet or, without toes, of the pelvis's displacement over the recording.
   std::vector<double> Ahead(Foot foot, const std::vector<std::string>& names) {
     const std::vector<Vector3d> points = Part(foot, names);
     const std::vector<Vector3d> toes = Part(foot, {"big_toe", "small_toe"});

@@ -25,8 +25,9 @@ struct MarkerJoints {
 };
 
 // A joint is missing in frames in which one of its markers is. Throws
-// InputError, which does not name the file, when no rule has its markers, or
-// when a functional hip is requested whose rotation is too small.
+// InputError, which does not name the file, when there are markers of several
+// people, when no rule has its markers, or when the thigh rotates too little
+// for a functional hip.
 MarkerJoints JointsOfMarkers(const TrackSequence& markers,
                              const MarkerSet& set);
 
