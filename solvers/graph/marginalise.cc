@@ -21,8 +21,8 @@
 namespace kinegraph {
 namespace {
 
-// Two priors result from a dropped frame: one for the estimate, weighted by the
-// loss, and one for the reported covariances (StatePrior::A_stated).
+// Two priors result from a dropped frame: one for the estimate, and one for the
+// reported covariances, with corrected weights (StatePrior::A_stated).
 enum class KeptFor { kEstimate, kCovariance };
 
 // Factors whose earliest state is in the first frame.
