@@ -35,7 +35,8 @@ class PersonSolver {
 
   // Gates the measurements at the joints' states and runs `schedule` for each
   // joint independently. A joint without a finite result keeps its start, and
-  // its measurements get no weight.
+  // its measurements get no weight; with graph.start = "dlt", all joints keep
+  // the start of the stage that failed, and the weights there.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
 
   // Couples the joints by the problem's bones, starting from the independent
