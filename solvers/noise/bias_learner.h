@@ -106,9 +106,9 @@ class BiasSeries {
   void RemoveShifts();
 
   // A joint is used if cameras have seen people from enough sides and, unless
-  // `always`, if the gain of one half's coefficients on the other half is at
-  // least one per cent and significantly positive (97.5 % confidence, over
-  // segments).
+  // `always`, if it was seen in at least six segments and the gain of each
+  // half's coefficients on the other half exceeds one per cent and is
+  // significantly positive (97.5 % confidence, over segments).
   ViewBias Fit(bool always) const;
   // Fit() for positions that were solved from the same views and have absorbed
   // part of the bias: a bias is too persistent for neighbouring frames to
