@@ -21,7 +21,8 @@ enum class Mode {
 };
 const char* ToString(Mode mode);
 
-// Estimators that can serve association, because they predict from every frame.
+// Estimators that can serve association: Last() and Predict() follow the newest
+// frames.
 enum class FeedbackKind { kGaussian, kWindow };
 // Estimators that can be written; for a description of each see
 // solvers/smoothers.h.

@@ -60,10 +60,10 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
 
 // Whittaker 1923, Henderson 1924; Eilers 2003. The roughness is the sum of the
 // squared differences of `order` (2 or 3). For non-uniform time it is the sum
-// of the squared divided differences (times `order`!), each weighted by the
-// time it spans divided by `order`. Both approximate the integral of the
-// squared derivative. Frames without a sample have no misfit. Needs at least 2
-// `order` + 1 samples.
+// of the squared divided differences, scaled to derivatives of that order, each
+// weighted by the time it spans divided by `order`. Both approximate the
+// integral of the squared derivative. Frames without a sample have no misfit.
+// Needs at least 2 `order` + 1 samples.
 std::unique_ptr<PenalisedCurve> MakeWhittaker(int order,
                                               const std::vector<double>& times,
                                               const std::vector<char>& sampled,

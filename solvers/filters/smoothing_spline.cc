@@ -11,9 +11,8 @@ namespace kinegraph {
 namespace {
 
 // The second derivatives g at the inner times solve B g = Q'y, where B = R +
-// lambda Q'Q;
-// the values are y - lambda Q g. R is tridiagonal, Q'Q pentadiagonal. Time is
-// in mean steps, to keep the numbers near one.
+// lambda Q'Q; the values are y - lambda Q g. R is tridiagonal, Q'Q
+// pentadiagonal. Time is in mean steps, to keep the numbers near one.
 class SplineSystem {
  public:
   SplineSystem(const std::vector<double>& times_s, const Samples& values)

@@ -92,8 +92,8 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
     time_ = time;
     Start(*point);
   }
-  constexpr double kOutlier =
-      3.0;  // threshold on the mean over axes of e^2 / S
+  // Threshold on the mean over axes of e^2 / S.
+  constexpr double kOutlier = 3.0;
   const double dt_s = ToSeconds(time - *time_);
   time_ = time;
   const double phi = std::exp(-dt_s / correlation.time_s);

@@ -125,8 +125,8 @@ class PersonNoise {
   CorrelationLearner correlations_;
   const MotionGroups groups_;
   ErrorCorrelation correlation_;
-  std::optional<CovarianceFactorTable>
-      covariance_factors_;                // for a whole recording
+  // For a whole recording.
+  std::optional<CovarianceFactorTable> covariance_factors_;
   std::vector<FilterBank> banks_;         // by joint
   std::vector<double> last_variance_m2_;  // by joint
   bool taken_over_ = false;  // adopted, so Apply recomputes nothing

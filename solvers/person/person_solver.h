@@ -30,7 +30,8 @@ class PersonSolver {
 
   // The schedule that the options define.
   const SolveSchedule& schedule() const { return schedule_; }
-  // InformationCorrection of its last loss.
+  // InformationCorrection of its last loss (times kLearntWidening in scale if
+  // pixel noise is learnt).
   double correction() const { return correction_; }
 
   // Gates the measurements at the joints' states and runs `schedule` for each
