@@ -306,8 +306,8 @@ std::optional<TwoFrames> LeaveFirst(const PersonProblem& problem, KeptFor use,
 // Together with the later factors, which do not touch x1, this prior gives the
 // remaining frames the same minimum and covariances as the whole problem. L11 =
 // C C' is factored once; the columns of C^-1 L21' give the product that is
-// subtracted. Unless a user's factor links both frames, L21 consists of
-// one block per joint, which EliminateDense exploits. Returns nullopt where the
+// subtracted. Unless a user's factor links both frames, L21 consists of one
+// block per joint, which EliminateDense exploits. Returns nullopt where the
 // information is not positive definite, which only a user's factor can cause.
 std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
                                                  double correction) {

@@ -58,10 +58,10 @@ class PersonNoise {
   void AddFrame(const PersonProblem& problem, size_t k, Refit refit);
   void DropFirstFrame();
 
-  // Writes the process noise, and the sigmas and information, as far as the
-  // options say that they are learnt, to all frames of `problem`, which must be
-  // the kept frames. For a whole recording it may be called once
-  // only; nothing is learnt afterwards.
+  // Writes process noise, and sigmas and information, to all frames of
+  // `problem`, which must be the kept frames; each only if the options say that
+  // it is learnt. For a whole recording it may be called once only; nothing is
+  // learnt afterwards.
   void Apply(PersonProblem* problem);
   // Moves out the noise applied to a whole recording.
   AppliedNoise ExtractApplied();
