@@ -17,11 +17,12 @@ class RecordingNotes;  // solvers/noise/recording_notes.h
 
 enum class Mode {
   kPaper,  // the paper's causal Gaussian in both roles
-  kGraph,  // the factor graph: the two kinds below
+  kGraph,  // the two kinds that `feedback` and `output` select
 };
 const char* ToString(Mode mode);
 
-// Estimators that can serve association: they must be causal.
+// Estimators that can serve association: Last() and Predict() follow the newest
+// frames.
 enum class FeedbackKind { kGaussian, kWindow };
 // Estimators that can be written; for a description of each see
 // solvers/smoothers.h.

@@ -334,8 +334,8 @@ SmootherParameter GraphLossScale() {
       [](EstimatorOptions& o) -> double& { return o.graph.loss_scale; });
 }
 
-// The variant that learns noise and bones from the recording, as `track` does
-// by default; it has no parameters.
+// The variant that learns noise and, if it has bones, their variability from
+// the recording, as `track` does by default; it has no parameters.
 SmootherVariant ThatLearns(SmootherVariant variant) {
   variant.name += "_take";
   variant.title += ", noise learnt";

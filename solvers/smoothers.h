@@ -31,10 +31,10 @@ struct SmootherVariant {
   std::function<void(double rate_hz, EstimatorOptions*)> fix;
   // At most two.
   std::vector<SmootherParameter> parameters;
-  // Copies the tuned values of this variant, which has the same parameters and
-  // minimises the same cost, instead of being tuned itself.
+  // Name of a variant with the same parameters and cost, whose tuned values are
+  // copied; empty: this variant is tuned itself.
   std::string tuned_as;
-  // Number of frames in the window; -1: no window.
+  // Lag of the window in frames; -1: no window.
   int lag_frames = -1;
   // Whether `compare` also runs it on points from which outliers were excluded.
   bool also_on_robust_points = false;

@@ -36,7 +36,7 @@ struct Chunk {
 // Chunks of equal duration, at least `chunk_s` and less than twice that [s]; a
 // single chunk if it is 0 or the recording is shorter than 2 `chunk_s`. Depends
 // only on times and on which frames measure which joints. The overlap is 1.1 s
-// on each side (over which a change in one frame affects others; 28 frames at
+// on each side (over which a change in one frame affects others; 27 frames at
 // 25 Hz), and up to 5.5 s where a joint is measured by two views in fewer than
 // half of these frames.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
@@ -54,8 +54,9 @@ struct KnownFrames {
   std::vector<char> same;
 };
 
-// The first of `people` whose matches differ in at most 1/400 of these frames,
-// if any. So few changed matches hardly affect noise and bones.
+// The first of `people` whose matches differ in at most 1/400 of the frames (of
+// the longer of both tracks), if any. So few changed matches hardly affect
+// noise and bones.
 std::optional<KnownFrames> FindKnownFrames(
     const std::vector<std::shared_ptr<const SolvedPerson>>& people,
     const std::vector<FrameRecord>& records, const PersonProblem& graph);

@@ -66,7 +66,7 @@ struct LaneSystemRows {
   double* diagonal = nullptr;  // [frames][21][lanes], as LaneBlock
   double* gradient = nullptr;  // [frames][6][lanes]
   double* cost = nullptr;      // [lanes]
-  double* valid = nullptr;     // [lanes] 1: every measurement has an image
+  double* valid = nullptr;     // [lanes] 1: all that count have an image
 };
 
 // The off-diagonal information of a factor on the positions of two joints in
@@ -115,10 +115,11 @@ struct LaneKernels {
                 double* workspace);
   // Solves H step = -gradient, step [frames][6][lanes], for the chains, their
   // couplings and `damping` times the chains' diagonal: conjugate gradients,
-  // preconditioned with the chains, until the residual is `accuracy` times the
-  // gradient in the chains' norm. False if the gradient is not finite, the
-  // chains are not positive definite, or H has no positive curvature along the
-  // first direction.
+  // preconditioned with the chains, until the residual r is `accuracy` times
+  // the gradient in the norm sqrt(r' M^-1 r), M the chains, or for 100
+  // iterations. False if the gradient is not finite, the chains are not
+  // positive definite, or H has no positive curvature along the first
+  // direction.
   bool (*solve_coupled)(const ChainLanes& chains, const LaneSystemRows& system,
                         const LaneCouplings& couplings, double damping,
                         double accuracy, double* workspace, double* step);

@@ -51,14 +51,15 @@ class LaneProblem {
   std::vector<std::array<double, 4>> centres_;
   std::vector<int> first_view_;
   std::vector<LaneFrameView> views_;
-  // A slot of the current frame: one of its measurements, and its index in
-  // views_.
+  // A view slot of the current frame: one of the slot's measurements, and the
+  // view's index in views_.
   struct Slot {
     const PixelMeasurement* measurement = nullptr;
     size_t view = 0;
   };
   std::vector<Slot> slots_;
-  // Index of each measurement, of all chains in turn, in the arrays [views].
+  // Index of each measurement, of all chains in turn, in the arrays
+  // [views][lanes].
   std::vector<size_t> place_;
   std::vector<size_t> first_place_;  // one per chain
   LaneBuffer process_noise_, x_px_, y_px_, per_sigma_, information_, counts_,
@@ -73,8 +74,9 @@ class ChainSolver {
  public:
   // Gates the measurements at the chains' states and runs the stages one after
   // the other. States receive the minimum, measurements their gating and their
-  // weights at the minimum. The chains must have the frames of `problem`. The
-  // reports are valid until the next call.
+  // weights at the minimum. A chain without a finite result keeps its states,
+  // and its measurements get no weight. The chains must have the frames of
+  // `problem`. The reports are valid until the next call.
   const std::vector<SolveReport>& Solve(const PersonProblem& problem,
                                         const SolveSchedule& schedule,
                                         const std::vector<JointChain*>& chains);

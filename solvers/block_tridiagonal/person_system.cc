@@ -355,12 +355,13 @@ class FrameInversion {
   const size_t rows_;  // rows of a square, with padding
   std::map<size_t, Eigen::MatrixXd> user_diagonal_;  // by frame
   std::map<size_t, Eigen::MatrixXd> user_below_;     // by the earlier frame
-  // Squares of rows_ x rows_, of which only the lower triangle is used.
+  // Squares of rows_ x rows_. Except in coupling_, only the lower triangle is
+  // used.
   LaneBuffer pivot_, coupling_;
   LaneBuffer earlier_;              // message of earlier frames
   LaneBuffer later_[2];             // messages of later frames, alternating
   std::vector<Triangle> messages_;  // of later frames, in the current segment
-  std::vector<Triangle> kept_;      // of the last frame of each segment
+  std::vector<Triangle> kept_;      // to the last frame of later segments
   std::vector<std::vector<Matrix6d>>* covariances_ = nullptr;
 };
 

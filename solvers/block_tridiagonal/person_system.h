@@ -1,4 +1,4 @@
-// Covariances of a person's joints that are coupled by bones.
+// Covariances of a person's joints that are coupled (PersonProblem::coupled).
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_PERSON_SYSTEM_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_PERSON_SYSTEM_H_
 

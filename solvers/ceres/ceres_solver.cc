@@ -128,7 +128,7 @@ ceres::Problem::Options ProblemOptions() {
   return options;
 }
 
-// Largest gradient entry at which Ceres accepts the start as the minimum [1/m,
+// Largest gradient entry at which Ceres accepts a point as the minimum [1/m,
 // s/m]. At gradient g a state of standard deviation s is about g s^2 from the
 // minimum. At this limit that is the step tolerance for s = 1 cm, typical of
 // two views, and 3 % of s for s = 10 cm.

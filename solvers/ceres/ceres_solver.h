@@ -29,11 +29,11 @@ class CeresSolver {
   // they are, unless the cost is undefined at the start of a stage: then they
   // are gated anew. States receive the minimum, measurements their weights
   // there.
-  // Ceres ends a stage at its start where the gradient is negligible
-  // (GradientTolerance in the source), or when an undamped step moves no joint
-  // by more than the schedule's tolerance. If a stage has no finite result, its
-  // start is kept and later stages are skipped. Ceres' own summary is logged at
-  // VLOG level 2.
+  // Ceres ends a stage where the gradient is negligible (GradientTolerance in
+  // the source), or when a step hardly lowers the cost or, undamped, moves no
+  // joint by more than the schedule's tolerance. If a stage has no finite
+  // result, its start is kept and later stages are skipped. Ceres' own summary
+  // is logged at VLOG level 2.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
  private:

@@ -23,9 +23,8 @@ inline constexpr double kNearestDepthM = 0.1;
 // sigma is constant: a state-dependent one would lower the cost of states that
 // increase it.
 // Evaluate returns false where the point has no image: nearer than
-// kNearestDepthM, behind the camera or outside the lens' region; such
-// measurements are gated when a problem is assembled. A single view does not
-// determine the depth.
+// kNearestDepthM, behind the camera or outside the lens' region; solvers gate
+// such measurements at their start. A single view does not determine the depth.
 //
 // View has bool Project(const T* point, T* px, T (*by_point)[3]) const;
 // `by_point`, 2x3 [px/m], may be null.

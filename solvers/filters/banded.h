@@ -9,9 +9,9 @@
 namespace kinegraph {
 
 // Minimises |A x - b|^2 by Givens rotations, row by row (Golub and Van Loan,
-// Matrix Computations, section 5.2). The normal equations of smooth curves have
-// the square of this condition number, which would cost half of the digits.
-// Rows in the order of their first unknown cost O(width^2) each.
+// Matrix Computations, section 5.2). The normal equations would square A's
+// condition number, which is large for smooth curves, and lose twice as many
+// digits. Rows in the order of their first unknown cost O(width^2) each.
 class BandedLeastSquares {
  public:
   // Each row involves at most `width` neighbouring unknowns; b has `columns`

@@ -85,7 +85,8 @@ class CausalGaussian final : public Estimator {
     Pose3d pose;
   };
 
-  // The time unit of velocity_: seconds, or stored poses (frames).
+  // `duration` in the time unit of velocity_: seconds, or frames, each taken
+  // for one stored pose.
   double VelocityUnits(TimeNs duration) const {
     return options_.velocity == VelocityRule::kOverTime
                ? ToSeconds(duration)
@@ -181,7 +182,7 @@ class CausalGaussian final : public Estimator {
   std::vector<std::vector<double>> body_weights_;   // [length]
   std::vector<std::vector<double>> wrist_weights_;  // [length]
   std::deque<StoredPose> stored_;
-  // Per second or per frame (VelocityUnits).
+  // Per second or per stored pose (VelocityUnits).
   std::vector<Eigen::Vector3d> velocity_;
   Eigen::Vector3d body_velocity_ = Eigen::Vector3d::Zero();
   std::vector<TimeNs> last_triangulated_;

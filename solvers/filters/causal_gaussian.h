@@ -12,7 +12,8 @@
 namespace kinegraph {
 
 // Weights of a causal Gaussian for a list of `length` poses: entry k belongs to
-// the pose k places before the newest. The kernel has radius int(4 sigma + 0.5)
+// the pose k places before the newest; zeros at the end are omitted, so there
+// may be fewer than `length` weights. The kernel has radius int(4 sigma + 0.5)
 // and is normalised; the list is continued by half-sample symmetric reflection
 // (d c b a | a b c d | d c b a).
 std::vector<double> CausalGaussianWeights(double sigma, int length);

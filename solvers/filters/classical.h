@@ -85,7 +85,7 @@ Samples FiltFilt(const std::vector<FilterSection>& sections,
                  const Samples& values, int padding);
 
 // Filters the differences from value to value and sums them up again; the sum
-// is shifted to the mean of the values.
+// is shifted to the mean of the values. Fewer than three values are unchanged.
 Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
                 const Samples& values);
 
@@ -97,7 +97,7 @@ LowPass ZeroPhaseButterworth(const ButterworthOptions& options, double rate_hz);
 // Like ZeroPhaseButterworth, with all poles at one real frequency instead, so
 // that there is no overshoot (Robertson and Dowling, J. Electromyogr. Kinesiol.
 // 13, 569, 2003): the power of both passes is 1 / (1 + r^2)^(2 order), r the
-// ratio of analogue frequencies.
+// ratio of the analogue frequency to that of the poles.
 LowPass ZeroPhaseCriticallyDamped(const ButterworthOptions& options,
                                   double rate_hz);
 

@@ -419,7 +419,7 @@ JointSegment WithConstantNoise(const KalmanOptions& options,
   return segment;
 }
 
-// `run`: the filter or the smoother of kalman.h.
+// `run`: the filter or one of the two smoothers of kalman.h.
 using StateSpaceRun = SegmentEstimate (*)(const PointModel&,
                                           const JointSegment&);
 SegmentFilter StateSpace(const KalmanOptions& options, StateSpaceRun run) {

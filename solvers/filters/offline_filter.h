@@ -16,13 +16,13 @@ namespace kinegraph {
 // JointPoints.
 //
 // Gaps are treated alike for every filter. Between two samples at most
-// `max_gap_s` apart the joint is bridged and inferred. A longer gap splits the
-// signal into independent segments, and the joint is missing in it, as before
-// its first and after its last sample. Bridged positions are interpolated
-// linearly before filtering; the list below states which filters use them.
-// Where `cutoff_per` is the body, a filter whose cut-off is chosen by a rule
-// runs twice: the second time all joints use the median of the chosen cut-offs,
-// weighted by number of frames.
+// `max_gap_s` apart (plus half a frame) the joint is bridged and inferred. A
+// longer gap splits the signal into independent segments, and the joint is
+// missing in it, as before its first and after its last sample. Bridged
+// positions are interpolated linearly before filtering; the list below states
+// which filters use them. Where `cutoff_per` is the body, a filter whose
+// cut-off is chosen by a rule runs twice: the second time all joints use the
+// median of the chosen cut-offs, weighted by number of frames.
 //
 // Last() is the newest initial pose and Predict() returns it unchanged, so it
 // should not be used for association. Throws OptionError for bad options;
@@ -31,16 +31,16 @@ std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
     JointPoints points, SegmentFilter filter);
 
-// Each function checks its options against the nominal frame rate [Hz]
+// A fixed cut-off must be below half the nominal frame rate `rate_hz`
 // (OptionError). Rules, cut-offs and windows use the segment's own rate where
 // it differs; a cut-off too high for it becomes 45 % (recursive filters) or
-// half of it (Whittaker). Filters that need uniform time throw InputError for
-// segments with other steps than nominal.
+// half of it (Whittaker). The recursive filters and Savitzky-Golay need uniform
+// time: they throw InputError for a step more than half a frame off nominal.
 //
 // Bridged frames: the Gaussian, the centred median, the recursive filters and
-// Savitzky-Golay treat the linear bridge as samples. One-Euro and the trailing
-// median hold their last value. The other filters bridge the gap by their own
-// model.
+// Savitzky-Golay treat the linear bridge as samples; PointsAsTheyAre returns
+// it. One-Euro and the trailing median hold their last value. The other filters
+// bridge the gap by their own model.
 SegmentFilter PointsAsTheyAre(PointCovariances covariances);
 SegmentFilter CentredGaussianFilter(const CentredGaussianOptions& options);
 SegmentFilter HampelMedianFilter(const HampelMedianOptions& options);

@@ -143,7 +143,8 @@ struct WhittakerOptions {
 };
 
 struct LoessOptions {
-  // Greatest span of the samples to which a polynomial is fitted.
+  // Determines the number of samples to which a polynomial is fitted: window_s
+  // divided by the mean step, at least degree + 2.
   double window_s = 0.4;
   int64_t degree = 2;
   int64_t iterations = 2;  // reweighted fits
@@ -185,8 +186,9 @@ struct KalmanOptions {
 };
 
 struct FilterOptions {
-  // The points to smooth. The estimators raw_dlt and robust_triangulation
-  // return these points unfiltered.
+  // The points that filters smooth. The estimators raw_dlt and
+  // robust_triangulation ignore this choice: each returns the points of its own
+  // kind unfiltered.
   PointKind points = PointKind::kDlt;
   OfflineFilterOptions segments;
   RobustTriangulationOptions robust_triangulation;

@@ -351,8 +351,8 @@ class TrendSolver {
     above_ = below_ = Eigen::VectorXd::Ones(count_);
     constexpr int kMaxSteps = 200;
     // Relative to the duality gap of the start. At worst the distance to the
-    // solution is the root of the gap, i.e. 1e-8 of the values' root mean
-    // square; with well-defined kinks it is the gap itself.
+    // solution is the root of twice the gap; with well-defined kinks it is
+    // proportional to the gap.
     constexpr double kLeastGap = 1e-16;
     double sharpness = 1e-10;
     double first_gap = 0.0;

@@ -1,6 +1,7 @@
 // Smoothers that balance misfit against roughness: Whittaker-Henderson, the
 // quintic smoothing spline, l1 trend filtering. Lambdas refer to time in frames
-// (mean steps between the times), whatever the unit of `times`.
+// (mean steps between samples, for Whittaker-Henderson between all times),
+// whatever the unit of `times`.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_PENALISED_H_
 #define KINEGRAPH_SOLVERS_FILTERS_PENALISED_H_
 
@@ -18,7 +19,7 @@ struct CurveDerivatives {
 };
 
 // Curves c(x) that minimise, for each column of the values y,
-//   sum over samples |y_i - c_i|^2 + lambda |roughness of c|^2.
+//   sum over samples |y_i - c_i|^2 + lambda (roughness of c).
 class PenalisedCurve {
  public:
   virtual ~PenalisedCurve() = default;
@@ -59,9 +60,10 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
 
 // Whittaker 1923, Henderson 1924; Eilers 2003. The roughness is the sum of the
 // squared differences of `order` (2 or 3). For non-uniform time it is the sum
-// of the squared divided differences, each weighted by the time it spans
-// divided by `order`. Both approximate the integral of the squared derivative.
-// Frames without a sample have no misfit. Needs at least 2 `order` + 1 samples.
+// of the squared divided differences, scaled to derivatives of that order, each
+// weighted by the time it spans divided by `order`. Both approximate the
+// integral of the squared derivative. Frames without a sample have no misfit.
+// Needs at least 2 `order` + 1 samples.
 std::unique_ptr<PenalisedCurve> MakeWhittaker(int order,
                                               const std::vector<double>& times,
                                               const std::vector<char>& sampled,

@@ -37,11 +37,12 @@ class RobustTriangulator {
   // Throws OptionError for bad options.
   explicit RobustTriangulator(const RobustTriangulationOptions& options);
 
-  // nullopt when no start is in front of its cameras or fewer than two views
-  // support the result. Covariance: the inverse of the weighted normal matrix.
-  // Reduced weights of good views make it an eighth too large at five views;
-  // InformationCorrection of the loss, which assumes many measurements of each
-  // unknown, would make it a seventh too small at two.
+  // nullopt when no start is in front of its cameras, fewer than two views
+  // support the result or they leave a direction undetermined. Covariance: the
+  // inverse of the weighted normal matrix. Reduced weights of good views make
+  // it an eighth too large at five views; InformationCorrection of the loss,
+  // which assumes many measurements of each unknown, would make it a seventh
+  // too small at two.
   std::optional<RobustPoint> Triangulate(
       const std::vector<PixelPoint>& views) const;
 

@@ -10,9 +10,9 @@
 namespace kinegraph {
 namespace {
 
-// The second derivatives g at the inner times solve (R + lambda Q'Q) g = Q'y;
-// the values are y - lambda Q g. R is tridiagonal, Q'Q pentadiagonal. Time is
-// in mean steps, to keep the numbers near one.
+// The second derivatives g at the inner times solve B g = Q'y, where B = R +
+// lambda Q'Q; the values are y - lambda Q g. R is tridiagonal, Q'Q
+// pentadiagonal. Time is in mean steps, to keep the numbers near one.
 class SplineSystem {
  public:
   SplineSystem(const std::vector<double>& times_s, const Samples& values)
@@ -76,7 +76,7 @@ class SplineSystem {
   double TraceOfResiduals() const {
     const Eigen::Index inner = count_ - 2;
     double trace = 0.0;
-    // b_(i, i+k) of the two rows below, k = 0, 1, 2.
+    // Entries (i, i + k) of B^-1 in the two rows below, k = 0, 1, 2.
     std::array<double, 3> next{};
     std::array<double, 3> after{};
     for (Eigen::Index i = inner - 1; i >= 0; --i) {

@@ -51,9 +51,9 @@ struct UserFrame {
   const Pose3d* initial = nullptr;  // DLT's pose; null if there is none
 };
 
-// Called once for each frame of each person, from several threads at a time;
-// returns the factors whose newest state is of this frame. Window and batch
-// include them in estimates, marginalisation and covariances.
+// Called for each frame of each person in every pass, from several threads at a
+// time; returns the factors whose newest state is of this frame. Window and
+// batch include them in estimates, marginalisation and covariances.
 using UserFactorSource =
     std::function<std::vector<UserFactor>(const UserFrame& frame)>;
 

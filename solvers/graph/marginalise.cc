@@ -21,8 +21,8 @@
 namespace kinegraph {
 namespace {
 
-// Two priors result from a dropped frame: one for the estimate, weighted by the
-// loss, and one for the reported covariances (StatePrior::A_stated).
+// Two priors result from a dropped frame: one for the estimate, and one for the
+// reported covariances, with corrected weights (StatePrior::A_stated).
 enum class KeptFor { kEstimate, kCovariance };
 
 // Factors whose earliest state is in the first frame.
@@ -294,7 +294,7 @@ std::optional<TwoFrames> LeaveFirst(const PersonProblem& problem, KeptFor use,
   return frames;
 }
 
-// Where bones couple the joints, replaces the first frame by one prior on the
+// Where the joints are coupled, replaces the first frame by one prior on the
 // second states of all joints, by Schur complement. With x1 the states of the
 // first frame, x2 the states of the second, and the factors that touch x1
 // linearised at the estimate, the cost is, up to a constant,
@@ -306,9 +306,9 @@ std::optional<TwoFrames> LeaveFirst(const PersonProblem& problem, KeptFor use,
 // Together with the later factors, which do not touch x1, this prior gives the
 // remaining frames the same minimum and covariances as the whole problem. L11 =
 // C C' is factored once; the columns of C^-1 L21' give the product that is
-// subtracted. Without bones, L11 consists of one block per joint, which
-// EliminateDense exploits. Returns nullopt where the information is not
-// positive definite, which only a user's factor can cause.
+// subtracted. Unless a user's factor links both frames, L21 consists of one
+// block per joint, which EliminateDense exploits. Returns nullopt where the
+// information is not positive definite, which only a user's factor can cause.
 std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
                                                  double correction) {
   std::optional<TwoFrames> kept = LeaveFirst(problem, KeptFor::kEstimate, 1.0);

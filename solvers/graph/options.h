@@ -106,7 +106,8 @@ struct GraphOptions {
   // bone_sigma_m.
   NoiseFrom bone_sigma_from = NoiseFrom::kRecording;
 
-  // A joint without a supporting view is written for at most this long [s].
+  // A joint without a supporting view is written at most this far from a frame
+  // with one [s].
   double bridging_limit_s = 0.5;
   bool covariance = true;
 
@@ -114,14 +115,14 @@ struct GraphOptions {
   GraphStart start = GraphStart::kBasin;
   int64_t max_iterations = 300;    // of the last stage; earlier stages: 3
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
-  // The batch solves a long recording in chunks of about this length,
-  // overlapping their neighbours by a second on both sides; 0 for the recording
-  // as a whole [s].
+  // The batch solves a long recording in chunks of one to two times this
+  // length, overlapping their neighbours by 1.1 s or more on both sides
+  // (MakeChunks); 0 for the recording as a whole [s].
   double chunk_s = 10.0;
 
   // The following are not configuration keys; they are set in code only.
   //
-  // Weight above which a view is an inlier: three sigmas under Geman-McClure
+  // Least weight of an inlier view: three sigmas under Geman-McClure
   // with loss_scale 3.
   double inlier_weight = 0.25;
   // Lower bound of confidences.

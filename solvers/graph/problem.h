@@ -5,9 +5,10 @@
 //   0.5 |prior(x_0)|^2 + 0.5 sum |body_centre(x_k)|^2
 //   + 0.5 sum |constant_velocity(x_k, x_k+1)|^2
 //   + 0.5 sum information * rho(|reprojection(x_k)|^2)
-// and, over joints, 0.5 sum rho(|bone_length(x_k,a, x_k,b)|^2). The residuals
-// are those of solvers/factors, listed in factor_list.h. Without bones the
-// joints are independent.
+// and, over joints, 0.5 sum |bone_length(x_k,a, x_k,b)|^2, a prior on their
+// first states and the factors of the library's user. The residuals are those
+// of solvers/factors, listed in factor_list.h. Unless PersonProblem::coupled(),
+// the joints are independent.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_PROBLEM_H_
 #define KINEGRAPH_SOLVERS_GRAPH_PROBLEM_H_
 
@@ -64,8 +65,9 @@ struct PlacedFactor {
 };
 
 // The factors that `source` returns for `frame`, which is frame `k` of the
-// problem. Throws OptionError for joints or frames that do not exist, and where
-// the number of states does not match the factor.
+// problem. Throws OptionError for joints or frames that do not exist, repeated
+// states, a number of states that does not match the factor, and loss scales
+// <= 0.
 std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
                                            const UserFrame& frame, size_t k,
                                            int joint_count);

@@ -25,8 +25,9 @@ struct SolveCounts {
   int64_t not_converged = 0;  // solves that reached their maximum of iterations
   int64_t not_finite = 0;     // solves without a finite result
   int64_t bones_dropped = 0;  // solves that continued without bones
-  // Positions of one joint in one frame that still moved by more than 5 cm:
-  // their views lost their weight, so that status and covariance reflect it.
+  // Positions of one joint in one frame that still moved by 5 cm or more along
+  // an axis: their views lost their weight, so that status and covariance
+  // reflect it.
   int64_t positions_in_doubt = 0;
   // Problems with a covariance that is not positive definite.
   int64_t no_covariance = 0;

@@ -43,8 +43,8 @@ struct BiasSums {
   double weight = 0.0;  // sum of the squared whitening [1/m^2]
   double square = 0.0;  // r' r
   int64_t observations = 0;
-  int64_t looks =
-      0;  // joints, summed over frames; each has several observations
+  // Number of joints, summed over frames; each has two or more observations.
+  int64_t looks = 0;
   // Equivalent number of independent observations, to be compared with the
   // prior's: correlated errors are observed repeatedly.
   double independent = 0.0;
@@ -106,9 +106,9 @@ class BiasSeries {
   void RemoveShifts();
 
   // A joint is used if cameras have seen people from enough sides and, unless
-  // `always`, if the gain of one half's coefficients on the other half is at
-  // least one per cent and significantly positive (97.5 % confidence, over
-  // segments).
+  // `always`, if it was seen in at least six segments and the gain of the
+  // halves' coefficients, each on the other half, exceeds one per cent and is
+  // significantly positive (97.5 % confidence, over segments).
   ViewBias Fit(bool always) const;
   // Fit() for positions that were solved from the same views and have absorbed
   // part of the bias: a bias is too persistent for neighbouring frames to

@@ -5,10 +5,10 @@
 //   p]
 //
 // p: azimuth of the camera in the body's frame, positive towards the joint's
-// side; e: the component of the viewing direction along the trunk. e_along is
-// the image of the trunk's direction, e_across is perpendicular to it; s is -1
-// for joints of the right side, so that left and right share coefficients C
-// [m].
+// side; e: the component along the trunk of the direction to the camera.
+// e_along is the image of the trunk's direction, e_across is perpendicular to
+// it; s is -1 for joints of the right side, so that left and right share
+// coefficients C [m].
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 
@@ -33,8 +33,8 @@ struct BodyAxes {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
 };
 
-// Axes of the trunk and of the head (equal to the trunk's if the ears are
-// unknown).
+// Axes of the trunk and of the head (equal to the trunk's if the ears do not
+// determine them).
 struct BodyStance {
   BodyAxes trunk;
   BodyAxes head;

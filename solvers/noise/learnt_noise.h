@@ -39,8 +39,8 @@ struct LearntNoise {
   double confidence_power = 0.0;
 };
 
-// One line for the log: "errors are correlated over 0.10 s (share 0.90), grow
-// with confidence^-0.5; wrist 3.1 px, 4.2 (0.4 .. 120) m^2/s^3; ...".
+// One line for the log: "errors are correlated over 0.1 s (share 0.9), grow
+// with confidence^-0.5; wrist 3.1 px, 4.2 (0.4 .. 96) m^2/s^3; ...".
 std::string ToString(const LearntNoise& learnt);
 
 // {"error_time_s", "error_share", "confidence_power", "classes": {"wrist":

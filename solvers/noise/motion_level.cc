@@ -10,8 +10,8 @@ namespace {
 
 constexpr double kLeastLevel = 1.0 / 40.0;
 constexpr double kGreatestLevel = 1000.0;
-// Minimum white part of a point's error: a fraction of its variance, plus (0.1
-// mm)^2, which keeps it positive.
+// Added to the variance of the white part of a point's error, which could be
+// zero: a fraction of the point's variance, and (0.1 mm)^2.
 constexpr double kFreshShare = 0.02;
 constexpr double kLeastVarianceM2 = 1e-8;
 
@@ -92,8 +92,8 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
     time_ = time;
     Start(*point);
   }
-  constexpr double kOutlier =
-      3.0;  // threshold on the mean over axes of e^2 / S
+  // Threshold on the mean over axes of e^2 / S.
+  constexpr double kOutlier = 3.0;
   const double dt_s = ToSeconds(time - *time_);
   time_ = time;
   const double phi = std::exp(-dt_s / correlation.time_s);

@@ -43,7 +43,8 @@ double LogLevel(int level);
 // point of variance R, of which the share a is correlated, is
 //   z = p + g n + e,   g = sqrt(a R),   var e = (1 - a) R,
 // so with H = (1, 0, g) the innovation z - H x has the variance
-//   S = H P H' + (1 - a) R.
+//   S = H P H' + (1 - a) R
+// (to which the source adds a little, so that it is never zero).
 // The likelihood of a level is the product of its innovations' densities: each
 // frame and axis adds -(ln S + (z - H x)^2 / S) / 2 to the level's log-evidence
 // (Schweppe, IEEE Trans. Information Theory 1965).

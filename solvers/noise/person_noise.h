@@ -58,9 +58,10 @@ class PersonNoise {
   void AddFrame(const PersonProblem& problem, size_t k, Refit refit);
   void DropFirstFrame();
 
-  // Writes process noise, sigmas and information of all frames of `problem`,
-  // which must be the kept frames. For a whole recording it may be called once
-  // only; nothing is learnt afterwards.
+  // Writes process noise, and sigmas and information, to all frames of
+  // `problem`, which must be the kept frames; each only if the options say that
+  // it is learnt. For a whole recording it may be called once only; nothing is
+  // learnt afterwards.
   void Apply(PersonProblem* problem);
   // Moves out the noise applied to a whole recording.
   AppliedNoise ExtractApplied();
@@ -124,8 +125,8 @@ class PersonNoise {
   CorrelationLearner correlations_;
   const MotionGroups groups_;
   ErrorCorrelation correlation_;
-  std::optional<CovarianceFactorTable>
-      covariance_factors_;                // for a whole recording
+  // For a whole recording.
+  std::optional<CovarianceFactorTable> covariance_factors_;
   std::vector<FilterBank> banks_;         // by joint
   std::vector<double> last_variance_m2_;  // by joint
   bool taken_over_ = false;  // adopted, so Apply recomputes nothing

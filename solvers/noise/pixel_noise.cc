@@ -88,9 +88,9 @@ double NoiseScales::LowQuantile(const Counts& counts) {
 }
 
 double NoiseScales::Scale(JointClass joint_class) const {
-  // Prior: as if this many joints with the modelled sigma had been seen by four
-  // views, and as many of each class with the person's own scale. Fewer views
-  // weigh less.
+  // Prior: as if kPrior joints with the modelled sigma had been seen by four
+  // views, and kClassPrior of each class with the person's own scale. Fewer
+  // views weigh less.
   constexpr double kPrior = 20.0;
   constexpr double kClassPrior = 40.0;
   if (all_.joints == 0) return 1.0;

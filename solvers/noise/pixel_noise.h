@@ -107,7 +107,8 @@ class CorrelationLearner {
 // Appends to `squares` the squared whitened residuals |r|^2 of a chain's frames
 // `begin` .. `end` - 1 at its states. Fitting the state, whose covariance is C,
 // reduces the expected |r|^2 from 2 to 2 - trace(J C J'); each square is
-// divided by the ratio of the two.
+// divided by the fraction that remains. Gated measurements and fractions below
+// 0.3 are omitted.
 void CollectSquares(const JointChain& chain,
                     const std::vector<Matrix6d>& covariances, size_t begin,
                     size_t end, std::vector<double>* squares);

@@ -44,8 +44,9 @@ class RecordingNotes {
   void ExpectAnotherPass();
   bool expects_another_pass() const { return expects_another_pass_; }
   // Starts another pass over the same recording: fits the detector's bias from
-  // the stored residuals, if any, and discards everything else learnt. No other
-  // thread may write meanwhile.
+  // the stored residuals, if any, and discards the noise of Noise(). The stored
+  // solutions remain, unless there is a new bias. No other thread may write
+  // meanwhile.
   void BeginPass();
 
   // The bias to subtract; null if none.

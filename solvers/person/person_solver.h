@@ -19,7 +19,7 @@ namespace kinegraph {
 // starting from the states left by DLT or an earlier solve:
 //   SolveJoints  finds the basin, joint by joint: the stages of graduated
 //                non-convexity, by block-tridiagonal elimination
-//   SolveBones   runs the last stage with the factors that couple the joints
+//   SolveBones   runs the last stage with bones and PersonProblem::prior
 //   Refine       finds the minimum: one Ceres problem with all factors of the
 //                person, run to convergence
 // With graph.solver = "sweeps" the last step does nothing. With graph.start =
@@ -30,12 +30,14 @@ class PersonSolver {
 
   // The schedule that the options define.
   const SolveSchedule& schedule() const { return schedule_; }
-  // InformationCorrection of its last loss.
+  // InformationCorrection of its last loss (times kLearntWidening in scale if
+  // pixel noise is learnt).
   double correction() const { return correction_; }
 
   // Gates the measurements at the joints' states and runs `schedule` for each
   // joint independently. A joint without a finite result keeps its start, and
-  // its measurements get no weight.
+  // its measurements get no weight; with graph.start = "dlt", all joints keep
+  // the start of the stage that failed, and the weights there.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
 
   // Couples the joints by the problem's bones, starting from the independent
@@ -59,7 +61,7 @@ class PersonSolver {
   std::vector<std::vector<Matrix6d>> BoneCovariances(
       const PersonProblem& problem, size_t frame_end);
 
-  // Covariances of the same frames for a problem without couplings.
+  // Covariances of the same frames, ignoring couplings between the joints.
   std::vector<std::vector<Matrix6d>> JointCovariances(
       const PersonProblem& problem, double correction, size_t frame_end);
 

@@ -138,8 +138,8 @@ class WindowEstimator final : public Estimator {
 
   // A new state starts where the frame's own views triangulate the joint, else
   // at the prediction, with the previous velocity. A joint that was missing in
-  // the last frame cannot be predicted and keeps the position triangulated in
-  // this frame. Returns these joints.
+  // the last frame but is triangulated in this one starts there at rest.
+  // Returns these joints.
   std::vector<bool> StartNewStates() {
     std::vector<bool> placed_anew(joint_count(), false);
     if (records_.size() < 2) return placed_anew;
