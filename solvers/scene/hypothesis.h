@@ -32,9 +32,10 @@ class SetUp {
   const DoctorInput& input;
   const DoctorOptions& options;
   CameraRig cameras;
-  DetectionSequence detections;  // evenly spaced (OnGrid)
-  int64_t number_step = 1;       // between the numbers of these frames
-  double rate_hz = 0.0;          // of these frames, nominal
+  // Evenly spaced (OnGrid), unless frames are independent.
+  DetectionSequence detections;
+  int64_t number_step = 1;  // between the numbers of these frames
+  double rate_hz = 0.0;     // of these frames, nominal
 
   // People in the detections, in raw and in ideal pixels of the cameras, the
   // frames in which they are compared, and the agreement of all pairs of views

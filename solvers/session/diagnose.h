@@ -25,8 +25,8 @@ Diagnosis DiagnoseRecording(
     const DetectionSequence& detections, const CalibrationUnit& unit,
     const std::optional<RefinementRecord>& recorded = std::nullopt);
 
-// `own`, then all skeletons with as many joints but other names or another
-// order.
+// `own`, then all built-in skeletons with as many joints but other names or
+// another order.
 std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own);
 
 // A finding if bone lengths are implausible with the first of these skeletons;
