@@ -45,7 +45,8 @@ class SetUp {
   std::vector<int> frames;
   PairAgreement agreement;
   void Look();
-  // No other reading is searched if the views agree this well.
+  // If the views agree this well, no other calibration, image or rate is
+  // searched; sides and clocks still are.
   bool AgreeAlready() const { return agreement.score() >= 0.85; }
 
   // Segments of the tracker's matches with these cameras and detections; empty
