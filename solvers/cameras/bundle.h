@@ -4,6 +4,7 @@
 //
 // Cost: 0.5 sum rho(|reprojection|^2) over measurements
 //   + 0.5 sum |state prior|^2 over segments (speed, acceleration)
+//   + 0.5 sum |offset / prior sigma|^2 over constant detector offsets, if any
 //   + 0.5 sum |change / prior sigma|^2 over cameras + the gauge.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_
@@ -125,10 +126,10 @@ class ReducedSystem {
   const Eigen::MatrixXd& information() const { return information_; }
   Eigen::VectorXd Gradient() const;  // of the cost
 
-  // To be called after the last Add. Adds the calibration's priors, multiplied
-  // by `samples_at_once` except for clocks and lenses, and the constraints of
-  // `gauge`: its rows times the stacked changes are zero with standard
-  // deviation `gauge_sigma`.
+  // To be called after the last Add. Eliminates the detector's offsets and adds
+  // the calibration's priors, multiplied by `samples_at_once` except for clocks
+  // and lenses, and the constraints of `gauge`: its rows times the stacked
+  // changes are zero with standard deviation `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, double samples_at_once,
                 const Eigen::MatrixXd& gauge, double gauge_sigma);
 

@@ -50,7 +50,7 @@ double SecondRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
   return first * times;
 }
 
-// The lens after the change; null for a pinhole camera.
+// The lens after the change; null is a pinhole camera.
 std::shared_ptr<const Lens> ChangedLens(const std::shared_ptr<const Lens>& lens,
                                         const CameraChange& change) {
   if (change[kLensAt] == 0.0 && change[kLensK2At] == 0.0) return lens;

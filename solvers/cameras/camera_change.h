@@ -18,7 +18,7 @@ inline constexpr int kCentreAt = 3;    // 3 [m], in the world
 inline constexpr int kShiftAt = 6;     // 2 [px], in the image
 inline constexpr int kFocalAt = 8;     // 1, logarithm of the factor
 inline constexpr int kOffsetAt = 9;    // 1 [s], added to the capture time
-inline constexpr int kDriftAt = 10;    // 1 [s/s], times recording time
+inline constexpr int kDriftAt = 10;    // 1 [s/s], zero at the middle
 inline constexpr int kLensAt = 11;     // 1, added to the lens's k1
 inline constexpr int kLensK2At = 12;   // 1, added to the lens's k2
 inline constexpr int kChangeSize = 13;
@@ -72,8 +72,8 @@ CameraRig RefinedCameras(const CameraRig& cameras,
 // The cameras in a world scaled by `factor`.
 CameraRig Rescaled(const CameraRig& cameras, double factor);
 
-// Applies the same scale to the covariance of the changes at `places` (one list
-// per view).
+// Scales the centres by `factor` in the covariance of the changes at `places`
+// (one list per view).
 void RescaleCentres(const std::vector<std::vector<int>>& places, double factor,
                     Eigen::MatrixXd* covariance);
 

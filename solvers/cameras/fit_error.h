@@ -64,8 +64,8 @@ struct FitGain {
 FitGain CompareFits(const FitError& before, const FitError& after,
                     int view = -1);
 
-// Cross-validated gain of a fit of some parameters (AdjustBundle): measured on
-// the half of the recording that was held out, both ways.
+// Cross-validated gain of a fit of some parameters (AdjustBundle): each half of
+// the segments is fitted and the other one measured, and both are pooled.
 struct CrossedGain {
   FitGain all;
   std::vector<FitGain> views;

@@ -114,9 +114,9 @@ bool HelpsOthers(const CameraRig& cameras, const SceneSegments& segments,
   return !step->left_out.has_value() || step->left_out->certain();
 }
 
-// Mean number of samples of one joint in one view within a second, which count
-// as one independent sample: a detector's error depends on the direction from
-// which the body is seen, which hardly changes within a second.
+// Mean number of samples of one person's joint in one view within a second,
+// which count as one independent sample: a detector's error depends on the
+// direction from which the body is seen, which hardly changes within a second.
 double SamplesAtOnce(const SceneSegments& segments) {
   constexpr double kLastsS = 1.0;
   if (segments.segments.empty()) return 1.0;

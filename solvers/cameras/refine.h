@@ -28,7 +28,7 @@ double UsualClock(const std::vector<CameraChange>& changes, int place);
 // Whether the view's offset or drift (`place`; drift times `span_s`) deviates
 // from the median, in either direction, by more than four standard deviations
 // and more than 0.15 frames, but by less than motion segments can determine
-// (kFarthestClockS). `fit`: with free clocks and fixed cameras.
+// (kFarthestClockS). `fit`: with free clocks; without, the result is false.
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s);
 
@@ -40,7 +40,7 @@ struct RefineStep {
   std::string what;  // "clock", "shift", ...
   bool taken = false;
   std::string reason;  // why it was rejected; empty if taken
-  FitGain gain;        // on the held-out half of the recording
+  FitGain gain;        // on the held-out halves of the recording
   // Gain in cameras excluded from the fit, if this was tested and there are
   // enough cameras.
   std::optional<FitGain> left_out = std::nullopt;

@@ -47,7 +47,7 @@ struct MotionSegment {
   int joint = 0;          // of the detections' skeleton
   double middle_s = 0.0;  // since the middle of the recording
   std::vector<SegmentMeasurement> measurements;
-  SegmentState state = SegmentState::Zero();  // with the stated calibration
+  SegmentState state = SegmentState::Zero();  // for the given cameras
   // Standard deviation per component of its velocity [m/s], at a noise scale of
   // 1.
   double velocity_sigma_mps = 0.0;
@@ -69,7 +69,7 @@ struct SegmentOptions {
 };
 
 struct SceneSegments {
-  std::vector<MotionSegment> segments;  // by ascending middle
+  std::vector<MotionSegment> segments;  // by ascending first frame
   int view_count = 0;
   double span_s = 0.0;       // of the whole recording
   double frame_s = 0.0;      // median interval of frames
@@ -90,7 +90,7 @@ DetectionSequence WithUsualConfidences(DetectionSequence detections);
 // The detection with this index_in_file; null if there is none.
 const Detection* FindDetection(const ViewDetections& view, int index_in_file);
 
-// Median interval between frames.
+// Median interval between frames; 1 s for fewer than two frames.
 TimeNs BeatOf(const DetectionSequence& detections);
 
 // Segments of the people in `matches`. `cameras`: one per view of the

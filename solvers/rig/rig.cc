@@ -37,8 +37,9 @@ constexpr double kStatureM = 1.7;
 // joint of one person in one view, for people 1.7 m tall. For OpenPose's joints
 // the median distance, 1.18 sigma, is 6 to 14 mm.
 constexpr double kLastingOffsetM = 0.007;
-// Factor on the fit's variances, which assume independent motion segments with
-// equal noise; accounts for outliers, heavy tails and occluded joints.
+// For people, factor on the fit's variances, which assume independent motion
+// segments with equal noise; accounts for outliers, heavy tails and occluded
+// joints.
 constexpr double kUnmodelled = 3.0;
 // Largest sigmas of a calibrated view: in degrees, and as a fraction of the
 // rig's size.
@@ -60,13 +61,14 @@ constexpr double kMostApart = 2.0;
 // People whose positions spread less than this stay in one place (the same
 // limit as in `doctor`, a fifth of a stature).
 constexpr double kOneSpotM = 0.34;
-// Sigma of principal points about the image's centre, as a fraction of its
+// Sigma of principal points about the given ones, as a fraction of the image's
 // width.
 constexpr double kShiftShare = 0.015;
 // Sigma of the logarithm of an unknown focal length, for fields of view of 40
 // to 90 degrees.
 constexpr double kFocalUnknown = 0.3;
-// Sigma of k1 and of k2 about 0, for telephoto to wide-angle lenses.
+// Sigma of k1 and of k2 about the given ones, for telephoto to wide-angle
+// lenses.
 constexpr double kLensSigma = 0.2;
 // If clocks are not determined, lags that differ from the first view's by at
 // most this many frames are set equal to it.
@@ -354,7 +356,7 @@ struct ViewStep {
 };
 
 // The most significant step of a view's residuals with at least three bins on
-// both sides.
+// both sides; ratio 1 if none exceeds six standard deviations.
 ViewStep StepOf(const ViewResiduals& view) {
   std::vector<std::pair<int64_t, double>> means;
   for (const auto& [bin, one] : view) {

@@ -26,11 +26,11 @@ struct RigInput {
   CameraRig intrinsics;
   // Standard deviation of the logarithm of the focal lengths; 0: exact.
   double focal_sigma = 0.0;
-  // Whether the focal lengths were measured; if so, it is reported if the
-  // recording contradicts them.
+  // Whether the focal lengths were measured; if the recording contradicts them,
+  // this is reported and the rig is estimated without them.
   bool focal_stated = false;
   // Whether principal points and lenses are known. Otherwise they are
-  // estimated, starting at the image's centre and without distortion.
+  // estimated, starting at those of `intrinsics`.
   bool lenses_known = true;
   bool in_step = false;          // whether all views are synchronised
   DetectionSequence detections;  // with a known frame rate
@@ -75,10 +75,10 @@ struct RigResult {
   RigVerdict verdict = RigVerdict::kRefused;
   std::vector<std::string> reasons;  // what is undetermined, and remedies
   std::vector<RigView> views;        // one per view of the detections
-  // The joined views: their indices, cameras (the scale assumes a stature; the
-  // world is the frame of the first joined camera), the parameters estimated
-  // for each camera (indices of CameraChange) and the covariance matrix of the
-  // parameters of all cameras.
+  // The joined views: their indices, cameras (the scale assumes a stature, the
+  // axes and origin of the world are arbitrary), the parameters estimated for
+  // each camera (indices of CameraChange, without k1 and k2) and the covariance
+  // matrix of these parameters of all cameras.
   std::vector<int> used;
   CameraRig cameras;
   std::vector<std::vector<int>> places;

@@ -251,8 +251,8 @@ std::vector<int> SetsOf(const RigStart& start, const std::vector<int>& place) {
   for (const PairFit& pair : start.pairs) {
     const int a = place[pair.a];
     const int b = place[pair.b];
-    // The matches of a pair with another lag are not valid for the rig's
-    // clocks.
+    // The matches of a pair whose lag differs from the rig's by more than two
+    // frames are not valid.
     if (a < 0 || b < 0 ||
         std::abs(start.lag_frames[b] - start.lag_frames[a] - pair.lag) > 2) {
       continue;

@@ -204,7 +204,7 @@ class Follower {
 // ---- Motion signals ----
 
 constexpr double kSamplesPerSecond = 12.5;
-constexpr double kHighPassS = 0.8;  // window of the high-pass filter
+constexpr double kHighPassS = 0.8;  // half the window of the high-pass filter
 
 // Mean of the finite samples among k - reach .. k + reach.
 Eigen::MatrixXf MovingMean(const Eigen::MatrixXf& values, int reach) {
@@ -227,7 +227,8 @@ Eigen::MatrixXf MovingMean(const Eigen::MatrixXf& values, int reach) {
   return mean;
 }
 
-// The joints whose mean is the body's centre: shoulders and hips of people.
+// The joints whose mean is the body's centre: shoulders and hips of people; all
+// joints of other skeletons.
 std::vector<int> MiddleOf(const std::vector<int>& joints,
                           const Skeleton& skeleton) {
   std::vector<int> middle;

@@ -13,7 +13,8 @@
 namespace kinegraph {
 
 // Joints in normalised image coordinates (x / z, y / z in the camera's frame,
-// lens distortion removed), one per column; NaN if a joint was not found.
+// lens distortion removed), one per column; NaN if a joint was not found or its
+// confidence is below kMinJointConfidence.
 using NormalisedJoints = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
 struct ViewTracklet {
@@ -50,8 +51,8 @@ std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
                                         const std::vector<int>& joints);
 
 // Motion signals that are similar in views from all directions: heights of
-// joints above the body's centre, and speeds of joints in the image, both
-// high-pass filtered.
+// joints above the body's centre, and speeds of joints relative to it in the
+// image, both high-pass filtered.
 class MotionSignals {
  public:
   MotionSignals(const std::vector<ViewTracklet>& tracklets,
@@ -61,7 +62,8 @@ class MotionSignals {
   // Frames per sample.
   int step() const { return step_; }
   // Correlation of two tracklets, sample k of `a` with sample k + lag of `b`,
-  // and the number of common samples; both 0 for less than one second.
+  // and the number of common samples; both 0 for less than one second or fewer
+  // than eight samples.
   struct Likeness {
     double correlation = 0.0;
     int samples = 0;

@@ -87,7 +87,7 @@ Candidate MakeCandidate(const std::vector<ViewTracklet>& tracklets, int a,
       if (!points_a.col(j).allFinite() || !points_b.col(j).allFinite()) {
         continue;
       }
-      // Neighbouring joints and frames alternate between the lists.
+      // Frames, and joints two by two, alternate between the lists.
       auto& list = (turn + j / 2) % 2 == 0 ? candidate.fitted : candidate.held;
       list.push_back({points_a.col(j), points_b.col(j), size});
     }

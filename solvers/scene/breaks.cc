@@ -227,7 +227,7 @@ DetectionSequence WithoutJump(const DetectionSequence& detections,
   });
 }
 
-// Index of the first frame after a time relative to the middle of the
+// Index of the first frame at or after a time relative to the middle of the
 // recording.
 int64_t IndexAfter(const std::vector<DetectionFrame>& frames, double at_s) {
   const TimeNs middle =

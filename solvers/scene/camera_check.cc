@@ -56,7 +56,8 @@ bool InImage(const Camera& camera, const Eigen::Vector2d& px) {
 }
 
 // The state of a segment from its measurements alone; nullopt if fewer than two
-// views see it, or if all see it from one side, so that depth is uncertain.
+// views see it, or if their rays are nearly parallel, so that depth is
+// uncertain.
 std::optional<SegmentState> StateBy(const CameraRig& cameras,
                                     const SceneSegments& segments,
                                     const MotionSegment& segment) {
@@ -84,7 +85,8 @@ struct Residuals {
   std::vector<double> x_px;
   std::vector<double> y_px;
   double px_per_m = 0.0;  // sum over segments
-  // Velocities in the image, and squared velocities in the world [m^2/s^2].
+  // Velocities in the image, and their squares at the segment's depth
+  // [m^2/s^2].
   std::vector<Eigen::Vector2d> px_per_s;
   std::vector<double> squared_mps;
 
@@ -116,8 +118,8 @@ struct Residuals {
   }
 
   // Sets the view's offset and the lag of its images relative to the recorded
-  // times. They are estimated together, because a person walking in one
-  // direction confounds the two.
+  // times. The offset is removed before the lag is estimated, because a person
+  // walking in one direction confounds the two.
   void Describe(CameraCheck::View* view) const {
     // At lower speeds the detector's bias exceeds the effect of a clock error.
     constexpr double kLeastSpeedMps = 0.3;

@@ -36,8 +36,7 @@ class CameraCheck {
 
   // Adds a frame and the tracks written for it; frames must be in ascending
   // order, but their times may stop or step back. Keeps short bursts of frames,
-  // spread evenly over the recording; their number does not depend on its
-  // length.
+  // spread evenly over the recording; their number is bounded.
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
   struct View {
@@ -50,7 +49,7 @@ class CameraCheck {
     double x_px = 0.0;
     double y_px = 0.0;
     double px_per_m = 0.0;  // at the people's depth; 0: unknown
-    size_t in_motion = 0;   // segments of joints
+    size_t in_motion = 0;   // segments of moving joints; 0 with two views
     double late_s = 0.0;    // lag relative to the recorded times
     double late_sigma_s = 0.0;
     double late_m = 0.0;  // RMS displacement of moving joints in this time
@@ -68,7 +67,8 @@ class CameraCheck {
   };
 
   CameraRig cameras_;
-  std::vector<int> track_joint_;  // index of a detection's joint, or -1
+  // By joint of the detections: its index in the tracks, or -1.
+  std::vector<int> track_joint_;
   DetectionHeader header_;
   std::optional<TimeNs> last_time_;
   TimeNs elapsed_ = 0;  // since the first frame

@@ -22,7 +22,7 @@ struct ClockSearch {
 };
 
 // The usual step between frame numbers: n if a detector ran on every n-th
-// frame; 1 if the steps are not multiples of their median.
+// frame; 1 if more than a tenth of the steps are not multiples of their median.
 int64_t UsualStep(const std::vector<DetectionFrame>& frames);
 
 // The detections with an empty frame at every missing multiple of `step` after

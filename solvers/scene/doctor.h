@@ -33,7 +33,8 @@ struct DoctorInput {
   double units_per_metre = 1.0;
   bool unit_can_be_set = true;
   bool independent_frames = false;  // frames are unrelated in time
-  // Tracks detections with cameras and freezes the matches.
+  // Tracks detections with cameras and freezes the matches. If empty, only the
+  // examinations without tracking are made.
   std::function<FrozenMatches(const CameraRig&, const DetectionSequence&)>
       match;
 };

@@ -21,7 +21,8 @@ namespace {
 constexpr double kLeastBias = 0.007;  // of the mean over joints
 constexpr double kUsualBias = 0.015;  // typical of one joint
 constexpr double kBeyondBias = 0.09;  // exceeds the bias of any joint
-// Spread of the positions above which people count as walking.
+// Spread of the positions, also relative to the size, above which people count
+// as walking.
 constexpr double kWalkingSpread = 0.2;
 // Significance threshold in standard deviations of the bias averaged over
 // joints and people.
@@ -153,7 +154,7 @@ class Explainer {
 
   struct Explanation {
     Model model;
-    CrossedGain gain;  // on the held-out half of the recording
+    CrossedGain gain;  // on the held-out halves of the recording
     BundleResult fit;
     std::vector<char> moves;  // the views found to be wrong
     // Why it cannot be distinguished from the detector's bias; empty if it can.
@@ -181,7 +182,8 @@ class Explainer {
                         OptionsOf(model), moves);
   }
 
-  // Fits a model in which only the views found to be wrong are free: correct
+  // Fits a model to all views and determines the wrong ones. Camera models are
+  // then usually fitted again with only these views free, so that correct
   // cameras keep their parameters.
   std::optional<Explanation> FitModel(const Model& model) const {
     Explanation one;
@@ -217,7 +219,7 @@ class Explainer {
     beside.free.rotation = true;
     if (!Keep(&one.moves, is_late(Fit(beside, {})))) return std::nullopt;
     one.gain = Cross(Halving::kTime, one.model, {});
-    // The fit of some views with deviating clocks must improve, because a
+    // The fit of at least one deviating view must improve clearly, because a
     // person walking in one direction confounds a clock error and a bias.
     constexpr double kLeastOfLate = 0.1;
     std::vector<char> gaining = one.moves;

@@ -165,7 +165,7 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
         return IndexOfFrame(detections,
                             detections.frames[k].frame + offsets[v]);
       });
-  // Frames from which all detections were moved away.
+  // Frames without detections are removed, also those that had none before.
   const auto is_empty = [](const DetectionFrame& frame) {
     return std::all_of(
         frame.views.begin(), frame.views.end(),
@@ -277,8 +277,8 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   std::vector<int> lags = clocks.lag_frames;
   const int usual = UsualLag(lags);
   for (int& lag : lags) lag -= usual;
-  // Beside larger lags, a lag of one frame is left to the examination of the
-  // matches.
+  // Beside larger lags, a lag of one frame is corrected but not reported; the
+  // examination of the matches measures clocks more precisely.
   const bool by_more = std::any_of(lags.begin(), lags.end(),
                                    [](int lag) { return std::abs(lag) > 1; });
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {

@@ -32,9 +32,10 @@ class SetUp {
   const DoctorInput& input;
   const DoctorOptions& options;
   CameraRig cameras;
-  DetectionSequence detections;  // evenly spaced (OnGrid)
-  int64_t number_step = 1;       // between the numbers of these frames
-  double rate_hz = 0.0;          // of these frames, nominal
+  // Evenly spaced (OnGrid), unless frames are independent.
+  DetectionSequence detections;
+  int64_t number_step = 1;  // between the numbers of these frames
+  double rate_hz = 0.0;     // of these frames, nominal
 
   // People in the detections, in raw and in ideal pixels of the cameras, the
   // frames in which they are compared, and the agreement of all pairs of views
@@ -44,7 +45,8 @@ class SetUp {
   std::vector<int> frames;
   PairAgreement agreement;
   void Look();
-  // No other reading is searched if the views agree this well.
+  // If the views agree this well, no other calibration, image or rate is
+  // searched; sides and clocks still are.
   bool AgreeAlready() const { return agreement.score() >= 0.85; }
 
   // Segments of the tracker's matches with these cameras and detections; empty

@@ -40,7 +40,7 @@ ViewPeople Undistorted(const ViewPeople& view, const Camera& camera);
 std::vector<ViewPeople> IdealPeople(const DetectionSequence& detections,
                                     const CameraRig& cameras);
 
-// `count` of the frames, evenly spaced.
+// Up to `count` of the frames, evenly spaced.
 std::vector<int> Evenly(const std::vector<int>& frames, size_t count);
 
 // A selection of the frames.
@@ -74,8 +74,9 @@ DetectionSequence FramesMoved(const DetectionSequence& detections,
 struct PairAgreement {
   double gain = 0.0;      // summed over matched people, each 0 .. 1
   double possible = 0.0;  // people that could have been matched
-  // Distances from the epipolar lines [px], summed over `possible`; unmatched
-  // people contribute a tenth of their size.
+  // Distances from the epipolar lines [px], summed over `possible`; an
+  // unmatched person contributes a tenth of the mean size of the frame's
+  // people.
   double distance_px = 0.0;
 
   double score() const { return possible > 0.0 ? gain / possible : 0.0; }

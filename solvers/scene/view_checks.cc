@@ -1,6 +1,6 @@
-// Hypotheses about the images of individual views, which are tested before
-// cameras and clocks: frame rates, exchanged left and right, scaled and cropped
-// videos.
+// Hypotheses about the images of individual views, which compete with other
+// readings of the calibration and with clocks (Stage::kReadings): frame rates,
+// exchanged left and right, scaled and cropped videos.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>

@@ -40,14 +40,17 @@ struct CalibrationInput {
 struct RecordingCalibration {
   std::vector<std::string> view_names;  // one per view of the rig
   RigResult rig;
-  // Cameras of the used views, in metres; with z up from the floor if `ground`
-  // is set.
+  // Cameras of the calibrated views (rig.used), in metres or, if the scale is
+  // unknown, in the unit of the rig; with z up from the floor if `ground` is
+  // set.
   CameraRig cameras;
   std::optional<Ground> ground;
   double metres_per_unit = 1.0;  // factor of the rig's lengths
-  double scale_sigma = 0.0;      // sigma of the logarithm of all lengths
-  double stature_m = 0.0;        // of the people; 0: not measured
-  RefinementRecord record;       // clocks and covariance, for cameras.json
+  // Standard deviation of the logarithm of all lengths; 1 if the scale is
+  // unknown.
+  double scale_sigma = 0.0;
+  double stature_m = 0.0;   // of the people; 0: not measured
+  RefinementRecord record;  // clocks and covariance, for cameras.json
 };
 
 // Throws InputError or OptionError if a joint, a view or the frame rate is

@@ -25,12 +25,13 @@ Diagnosis DiagnoseRecording(
     const DetectionSequence& detections, const CalibrationUnit& unit,
     const std::optional<RefinementRecord>& recorded = std::nullopt);
 
-// `own`, then all skeletons with as many joints but other names or another
-// order.
+// `own`, then all built-in skeletons with as many joints but other names or
+// another order.
 std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own);
 
-// A finding if bone lengths are implausible with the first of these skeletons;
-// with confidence 0 if no other fits clearly better.
+// A finding if another of these skeletons fits the bone lengths clearly better
+// than the first, or, with confidence 0, if these are implausible with the
+// first.
 std::optional<Finding> FindingOfSkeleton(
     const SkeletonFit& fit, const std::vector<const Skeleton*>& skeletons);
 

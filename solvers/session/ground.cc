@@ -207,8 +207,9 @@ double MedianOf(const std::vector<Stand>& feet, int axis) {
 // Standard deviation of the mean standing direction as an estimate of up; not
 // small, because some people are always bent.
 constexpr double kBodySigmaRad = 0.12;
-// Calibrations often have one axis exactly vertical; such an axis is preferred
-// unless another direction is this much more likely (log odds, e^5 = 150).
+// Calibrations often have one vertical axis, to within kAxisSigmaRad; such an
+// axis is preferred unless another direction is e^kAxisOdds = 148 times as
+// likely.
 constexpr double kAxisSigmaRad = 0.035;
 constexpr double kAxisOdds = 5.0;
 
@@ -229,11 +230,11 @@ std::vector<Guess> GuessesOf(const Eigen::Vector3d& body) {
   return guesses;
 }
 
-// The floor z = a + b x + c y about the mean position of the feet.
+// The floor z = a + b x + c y about the median position of the feet.
 struct Floor {
   Eigen::Vector3d abc = Eigen::Vector3d::Zero();
   Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-  double cost = 0.0;  // negative log likelihood
+  double cost = 0.0;  // negative log posterior density, up to a constant
 
   Eigen::Vector3d Up() const {
     return Eigen::Vector3d(-abc[1], -abc[2], 1.0).normalized();

@@ -17,13 +17,14 @@
 
 namespace kinegraph {
 
-// p_new = R p_old + t. The new x axis is as close to the old one as an upright
-// z axis permits.
+// p_new = R p_old + t. The new x axis is as close to the old one (the old y
+// axis, if the old x axis is nearly vertical) as an upright z axis permits.
 struct Ground {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
-  double tilt_deg = 0.0;   // between the old z axis and up
-  double spread_m = 0.0;   // RMS distance of resting feet from the floor
+  double tilt_deg = 0.0;  // between the old z axis and up
+  // RMS distance of resting feet from the floor; each counts at most 0.1 m.
+  double spread_m = 0.0;
   int64_t foot_count = 0;  // number of positions of resting feet
 };
 

@@ -58,8 +58,9 @@ struct RunOptions {
 
 // The options as the run's mode interprets them: paper mode counts a track's
 // life in frames of 25 Hz and never backfills, bridges gaps, runs a second pass
-// or links, regardless of the keys; graph mode counts seconds. Independent
-// frames are linked in neither mode. Every run applies this; it is idempotent.
+// or links, regardless of the keys; graph mode counts seconds and associates by
+// AssociationRules::kGraph. Independent frames are linked in neither mode.
+// Every run applies this; it is idempotent.
 RunOptions WithRulesOfMode(RunOptions options);
 
 // Reads a configuration with the command line's changes: `set` as in --set,
@@ -72,11 +73,13 @@ RunOptions ReadRunOptions(const std::string& config_path,
 RunOptions ParseRunOptions(const std::string& toml, const std::string& set,
                            const std::string& mode);
 
-// Options for opening the detections of a run: frame rate and skeleton filled
-// in from the other tables.
+// Options for opening the detections of a run: the rates, offsets and
+// skip_bad_frames are filled in from [input]. Throws OptionError for a rate or
+// offset of a view that is not a valid number.
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options);
 
-// The estimator whose prediction the joints filter uses.
+// The estimator whose prediction the joints filter uses, without the bias of
+// the detector (graph.view_bias).
 EstimatorFactory FeedbackOf(const RunOptions& options);
 
 }  // namespace kinegraph

@@ -112,7 +112,8 @@ double PresenceLearner::LeastConfidence() const {
   constexpr double kMostAstray = 0.25;
   constexpr int64_t kEnough = 50;
   // Higher confidence implies fewer errors: neighbouring bins that contradict
-  // this are merged (pool adjacent violators).
+  // this are merged (pool adjacent violators). A bin with too few joints is
+  // merged with the next one.
   struct Pool {
     int64_t seen = 0;
     int64_t astray = 0;

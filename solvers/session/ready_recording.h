@@ -36,14 +36,15 @@ DetectionSequence WithRecordedClocks(const RunOptions& options,
                                      const DetectionSequence& detections);
 
 // The effect of the cameras' recorded uncertainty on the joints of a run; null
-// if the record contains none of the run's cameras.
+// if the record has no covariance of any of the run's cameras.
 std::unique_ptr<CameraUncertainty> UncertaintyOf(
     const RefinementRecord& record, const RunScene& scene,
     const Skeleton& detection_skeleton);
 
 struct ReadyRecording {
   CameraRig cameras;  // of the request, after refinement and ground
-  // The record of this refinement or, without one, of the calibration.
+  // The record of this refinement or, without one, of the calibration; its
+  // covariance is rotated with the world by `ground`.
   std::optional<RefinementRecord> record;
   std::optional<Refinement> refinement;  // one change per used view
   // Change of the world by the refinement of cameras, before the transformation
@@ -71,7 +72,8 @@ ReadyRecording RefineRecording(const RunOptions& options,
 
 // `recorded`: the record of an earlier run in the request's calibration. `read`
 // is called if the recording is needed. Throws what PrepareScene throws, and
-// OptionError if refined clocks would be refined again.
+// OptionError if `recorded` has clocks and the options request refinement, of
+// clocks or cameras.
 ReadyRecording MakeRecordingReady(
     const RunOptions& options, const RunRequest& request,
     const std::optional<RefinementRecord>& recorded,

@@ -229,7 +229,7 @@ struct RecordingReporter::Impl {
     return report;
   }
 
-  // Adds views with hardly any matches that show about as many people as were
+  // Adds views with hardly any matches that show hardly more people than were
   // written. CameraCheck misses such a view if its detections lie at people's
   // positions by chance.
   static void AddStrangers(RecordingReport* report) {

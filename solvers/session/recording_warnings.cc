@@ -49,8 +49,9 @@ class Warnings {
     if (holds) Add(kind, std::move(evidence), kLookCloser);
   }
 
-  // Checks the unit of the calibration. Returns true if people's heights are
-  // implausible; non-human subjects may have any size.
+  // Checks the unit of the calibration. Returns true if people's heights or,
+  // if no height is known, the working distance is implausible. Non-human
+  // subjects may have any size; only their distance is limited.
   bool AddScale() {
     if (!report_->is_human) return AddScaleOfOthers();
     // If the world is much too small or too large, no person is tracked.
@@ -269,7 +270,7 @@ class Warnings {
           "check the times in the detections; without \"time\", a frame's time "
           "is its number divided by the frame rate");
     }
-    // The doctor reports frames that are all far apart.
+    // The doctor reports recordings most of whose frames are far apart.
     if (2 * static_cast<int64_t>(facts_.holes_s.size()) > report_->frames ||
         facts_.holes_s.empty()) {
       return;

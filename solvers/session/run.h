@@ -54,8 +54,8 @@ class UsedFrames {
   DetectionFrame current_;
 };
 
-// Passes all frames of `source` to `session` and finishes it; `write` receives
-// the finished frames in order.
+// Passes the frames of `source`, up to the last requested one, to `session` and
+// finishes it; `write` receives the finished frames in order.
 void TrackAll(DetectionSource* source, Session* session,
               const std::function<void(TrackFrame&&)>& write);
 

@@ -47,8 +47,8 @@ struct RunScene {
 RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
                       const DetectionHeader& detections);
 
-// Writes the used views of `frame`, without absent joints, to `kept`. The views
-// are moved out of `frame`.
+// Writes the used views of `frame`, without absent joints, to `kept`; `frame`
+// receives the earlier views of `kept` instead.
 void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
                    DetectionFrame* kept);
 DetectionSequence UsedViewsOf(const RunScene& scene,

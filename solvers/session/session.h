@@ -7,8 +7,9 @@
 //   for (const TrackFrame& done : session.Finish()) Use(done);
 //   session.summary();  // how many frames, people, poses
 //
-// Implements everything that a configuration can request: choice of views,
-// warm-up, rules of paper mode, linking of identities, second pass.
+// Implements everything that a configuration can request except changes to
+// cameras and clocks (ready_recording.h): choice of views, warm-up, rules of
+// paper mode, linking of identities, second pass.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 #define KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 
@@ -34,7 +35,8 @@ namespace kinegraph {
 
 struct StageTimes;  // core/tracking/tracker.h
 
-// Opens the detections of a run at their beginning, once for each pass.
+// Opens the detections of a run at their beginning; called each time they are
+// read again.
 using SourceOpener = std::function<std::unique_ptr<DetectionSource>()>;
 
 // Counts of a run, for its closing lines and for NAME.summary.json.
@@ -52,16 +54,18 @@ struct RunSummary {
 // Number of passes over the frames.
 int PassCount(const RunOptions& options);
 
-// A Session may be passed between threads, but calls must not overlap: a call
-// during another one throws std::logic_error, as does a call after Finish or
-// after an exception in the middle of a frame. Sessions share no state, so
-// several may run in parallel.
+// A Session may be passed between threads, but calls must not overlap. Process
+// and Finish throw std::logic_error if called during another call of either,
+// after Finish, or after an exception in the middle of a frame. Sessions share
+// no state, so several may run in parallel.
 class Session {
  public:
   // `detections` describes the frames to come: views, skeleton, rate. A second
   // pass needs the frames again in Finish: from `reopen`, which must provide
-  // the same frames, or without it from copies kept in memory. Throws
-  // InputError or OptionError for inconsistent arguments.
+  // the same frames, or without it from copies kept in memory. With a second
+  // pass and `reopen`, the constructor reads up to 500 frames to learn which
+  // joints are absent (presence.h). Throws InputError or OptionError for
+  // inconsistent arguments.
   Session(const RunOptions& options, const RunRequest& request,
           const DetectionHeader& detections, SourceOpener reopen = nullptr);
   // With the caller's estimators instead of those of the options, to observe
@@ -87,10 +91,10 @@ class Session {
   // Processes the next frame, with all views of the header; frames must ascend,
   // and those not requested (RunRequest::frames) are skipped. Returns the
   // frames that became final, ascending; with a second pass, linking or
-  // corrections, none before Finish. If times do not ascend, or pause for an
-  // hour or more, all tracks end. Throws InputError if frame numbers do not
-  // ascend, or if a frame does not match the header (CheckDetectionFrame); the
-  // session can then continue with the next frame.
+  // corrections, none before Finish. If times do not ascend, all tracks end, as
+  // after a long pause. Throws InputError if frame numbers do not ascend, or if
+  // a frame does not match the header (CheckDetectionFrame); the session can
+  // then continue with the next frame.
   std::vector<TrackFrame> Process(const DetectionFrame& frame);
   // The same without a copy: swaps the views of `frame` with those of an
   // earlier frame, so that a reader that refills it need not allocate memory.

@@ -50,7 +50,7 @@ struct RecordingSurvey : SurveyTrial {
   std::string unit;   // "auto": as specified by the file or the options
   // View -> camera: the configured map, or the pairing by order of names.
   std::map<std::string, std::string> map;
-  // Names of the cameras, if not all in the file are used.
+  // Names of the used cameras if the request excludes any; else empty.
   std::vector<std::string> use;
   PairedBy paired_by = PairedBy::kMap;
   // Recommended initialisation.min_joints and min_common_joints (of 17) if

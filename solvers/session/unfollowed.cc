@@ -12,10 +12,10 @@ namespace kinegraph {
 namespace {
 
 constexpr double kOften = 0.2;  // fraction of the frames
-// Longer than the time in which an entering person is confirmed, about a
-// second.
+// Much longer than an entering person takes to be confirmed (by default
+// 0.08 s).
 constexpr double kLeastS = 3.0;
-constexpr double kAwayS = 0.4;  // the time until a lost track ends
+constexpr double kAwayS = 0.4;  // a lost track ends by default after this
 
 }  // namespace
 
