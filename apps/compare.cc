@@ -89,7 +89,7 @@ DEFINE_string(out, "", "folder for the results; must not hold files yet");
 namespace kinegraph {
 namespace {
 
-// Number of frames between the two halves, which belong to neither fold.
+// Least number of frames between the two halves, which belong to neither fold.
 constexpr int64_t kGapFrames = 25;
 
 void CheckCompareFlags() {

@@ -81,7 +81,8 @@ std::string MarkdownReport(const Diagnosis& diagnosis) {
          "estimated corrections of the cameras; clocks are not corrected.\n";
 }
 
-// Reads the recording; assumes 25 Hz if the frame rate is unknown.
+// Reads the recording. If its frame rate is unknown, assumes 25 Hz, or throws
+// for a pipe.
 DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   DetectionSequence recording =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));

@@ -148,8 +148,8 @@ std::vector<PageResult> ReadResults() {
   return results;
 }
 
-// Whether the run was configured to change cameras. Headers written by other
-// programs may contain anything.
+// Whether the run was configured to change cameras or clocks. Headers written
+// by other programs may contain anything.
 bool WereCamerasMoved(const TrackHeader& header) {
   const Json config = ParseJson(header.config_json, "the configuration");
   const auto says = [&config](const char* key, const Json& usual) {

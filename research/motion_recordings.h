@@ -25,7 +25,7 @@ struct SteadyClip {
 };
 
 // The first person of a tracks file, who must have all joints, moved so that
-// the centre of the path lies above the origin.
+// the middle of the bounding box of all joints lies above the origin.
 SteadyClip LoadSteadyClip(const std::string& path);
 
 // The same motion at another rate, by a natural cubic spline per coordinate.

@@ -143,7 +143,8 @@ struct HeldOutRun {
   ViewBias bias;
 };
 
-// Checks that there is one run per view, or a configuration to make them.
+// Checks that there is one run per view, and no --folds with them, or a
+// configuration to make the runs.
 void CheckRuns(const HeldOutInput& input) {
   const HeldOutRequest& request = input.request;
   if (request.runs.empty()) {
