@@ -144,9 +144,9 @@ std::string RecordFor(const CameraRig& corrected, const CameraRig& stated,
   return RefinementJson(ready);
 }
 
-// Adds the cameras of the calibration that no view shows to the corrected ones.
-// If a finding changes the whole calibration, theirs would have to change too,
-// and a note names them instead.
+// Adds to the corrected cameras those of the calibration that belong to no
+// view. If a finding changes the whole calibration, these would have to change
+// too, and a note names them instead.
 void AddOtherCameras(const RunRequest& request, Diagnosis* diagnosis) {
   const auto has = [](const auto& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();

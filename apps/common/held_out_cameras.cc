@@ -34,7 +34,7 @@ namespace {
 struct HeldOutInput {
   HeldOutRequest request;
   RunOptions options;
-  CameraRig rig;      // as in the file
+  CameraRig rig;      // in the order of the file
   CameraRig cameras;  // in view order
   DetectionSequence detections;
 

@@ -1,5 +1,5 @@
-// Writes the page: markup, style, scripts and data in one file. Encodes bytes,
-// numbers and the JSON files of other commands for it.
+// Writes the page: markup, style, scripts and data in one file. Encodes bytes
+// and numbers for it, and checks the JSON files of other commands.
 #ifndef KINEGRAPH_APPS_REPORT_PAGE_H_
 #define KINEGRAPH_APPS_REPORT_PAGE_H_
 

@@ -82,7 +82,8 @@ std::vector<HeadConversion> HeadConversionsOf(const Benchmark& benchmark) {
           HeadConversion::k4d, HeadConversion::kRaw};
 }
 
-// One row under one conversion and rule, specified by its protocol.
+// The score of a row under the head conversion and endpoint rule of
+// pcp.protocol.
 struct Score {
   PcpResult pcp;
   Interval mean;  // of the mean of actors
