@@ -34,9 +34,9 @@ SteadyClip Resample(const SteadyClip& clip, double rate_hz);
 // The first `seconds` of the clip, or all of it.
 SteadyClip FirstSeconds(const SteadyClip& clip, double seconds);
 
-// The first pose held for `seconds`, then the clip. Meanwhile the whole body
-// sways like a standing person's, a few millimetres below 1 Hz, and comes to
-// rest at the clip's first pose.
+// The first pose held for `seconds`, then the clip. Meanwhile the body sways
+// above its feet like a standing person's, a few millimetres below 1 Hz, and
+// comes to rest at the clip's first pose.
 SteadyClip AfterRest(const SteadyClip& clip, double seconds);
 
 // The clip with joint centres that are not points of rigid bones (JointSway in

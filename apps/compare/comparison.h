@@ -62,7 +62,7 @@ struct Comparison {
   double rate_hz() const { return scene().frame_rate_hz; }
   const std::vector<std::string>& views() const { return run.scene.view_names; }
   std::vector<FrameRange> scored_frames() const;
-  // Blocks of one second.
+  // Blocks of one second, but at least two frames.
   BootstrapOptions bootstrap() const;
 };
 
