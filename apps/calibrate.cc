@@ -290,7 +290,7 @@ std::string JsonReport(const RecordingCalibration& recording,
   return DumpJson(report, 1) + "\n";
 }
 
-// Mean residuals on held-out parts, over the views in the calibration.
+// Mean residuals on held-out parts, over the joined views.
 std::string LeftOutText(const RigResult& rig) {
   const std::pair<const char*, double LeftOutPx::*> kinds[] = {
       {"frames", &LeftOutPx::frames},

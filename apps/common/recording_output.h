@@ -22,8 +22,8 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 // a value.
 std::string Flag(const std::string& name, const std::string& value);
 
-// Lines of at most 100 columns for a terminal. Each warning, or successive
-// warnings with the same remedy, are followed by it; commands are not wrapped.
+// Lines of at most 100 columns for a terminal. A warning is followed by its
+// remedy, unless the next warning has the same one; commands are not wrapped.
 std::string ReportText(const RecordingReport& report);
 std::string WarningsText(const RecordingReport& report);
 
