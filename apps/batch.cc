@@ -52,7 +52,8 @@ const Task& ChosenTask(const std::vector<Task>& tasks) {
 }
 
 // The tasks not done yet. Throws if a folder contains anything but the result
-// of its task, which is neither reused nor removed.
+// of its task, which is neither reused nor removed, or if tasks are done and
+// `resume` is false.
 std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
   std::vector<Task> missing;
   size_t done = 0;

@@ -241,7 +241,7 @@ CalibrationInput InputOfFlags(const RunOptions& options,
 constexpr std::array kMetreFrom = {"population", "scale", "distance",
                                    "cameras_apart"};
 
-// null if nothing was held out.
+// null for 0, which stands for an unknown value.
 Json NumberOrNull(double px) { return px > 0.0 ? Json(px) : Json(); }
 
 std::string JsonReport(const RecordingCalibration& recording,
@@ -408,7 +408,7 @@ void WriteCalibration(const RecordingCalibration& recording,
 }
 
 // The calibration and its verdict appear together. A refusal removes the
-// calibration of an earlier recording.
+// calibration of an earlier recording, unless it is a folder.
 void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
               const std::vector<std::string>& views,
               const CalibrationFormat& format) {

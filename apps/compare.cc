@@ -89,7 +89,7 @@ DEFINE_string(out, "", "folder for the results; must not hold files yet");
 namespace kinegraph {
 namespace {
 
-// Number of frames between the two halves, which belong to neither fold.
+// Least number of frames between the two halves, which belong to neither fold.
 constexpr int64_t kGapFrames = 25;
 
 void CheckCompareFlags() {
@@ -229,8 +229,8 @@ std::vector<Strategy> ReadStrategies() {
   return strategies;
 }
 
-// Checks the strategies that --plot_strategies names; those of the default need
-// not be compared.
+// Checks the strategies of --plot_strategies if it is given; those of the
+// default need not be compared.
 void CheckPlotted(const std::vector<Strategy>& strategies) {
   if (FirstGiven({"plot_strategies"}).empty()) return;
   for (const std::string& name :
@@ -241,7 +241,7 @@ void CheckPlotted(const std::vector<Strategy>& strategies) {
   }
 }
 
-// Checks --joint; a skeleton need not have the default's.
+// Checks --joint if it is given; the skeleton need not have the default joint.
 void CheckJoint(const Skeleton& skeleton) {
   if (FirstGiven({"joint"}).empty() || skeleton.IndexOf(FLAGS_joint) >= 0) {
     return;

@@ -140,7 +140,7 @@ constexpr const char kLegend[] =
 
 // ---- The page
 
-// The most accurate mode (thick) and the paper's (thin) against the truth.
+// The last mode (thick) and paper mode (thin) against the truth.
 void WriteDemoPage(const SyntheticRecording& recording,
                    std::vector<TrackSequence> of_modes,
                    const std::string& path) {

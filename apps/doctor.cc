@@ -81,7 +81,8 @@ std::string MarkdownReport(const Diagnosis& diagnosis) {
          "estimated corrections of the cameras; clocks are not corrected.\n";
 }
 
-// Reads the recording; assumes 25 Hz if the frame rate is unknown.
+// Reads the recording. If its frame rate is unknown, assumes 25 Hz, or throws
+// for a pipe.
 DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
   DetectionSequence recording =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
@@ -143,9 +144,9 @@ std::string RecordFor(const CameraRig& corrected, const CameraRig& stated,
   return RefinementJson(ready);
 }
 
-// Adds the cameras of the calibration that no view shows to the corrected ones.
-// If a finding changes the whole calibration, theirs would have to change too,
-// and a note names them instead.
+// Adds to the corrected cameras those of the calibration that belong to no
+// view. If a finding changes the whole calibration, these would have to change
+// too, and a note names them instead.
 void AddOtherCameras(const RunRequest& request, Diagnosis* diagnosis) {
   const auto has = [](const auto& names, const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();

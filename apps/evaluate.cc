@@ -254,7 +254,8 @@ void Finish(const Compared& compared, EvaluationOutput output) {
   Finish(output);
 }
 
-// Adds measures of the motion, with and without the ground truth.
+// Adds the coverage and, if the tracks have a frame rate, measures of their
+// motion, which need no ground truth.
 void AppendMotion(const Compared& compared,
                   const std::vector<FrameRange>& frames,
                   EvaluationOutput* output) {

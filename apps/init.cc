@@ -342,7 +342,8 @@ std::string WithGivenKeys(const RunOptions& options, std::string text) {
   return text;
 }
 
-// The smallest common image size that contains nearly all joints.
+// The first usual image size that contains nearly all joints; if there is none,
+// their extent.
 std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   std::vector<double> x;
   std::vector<double> y;

@@ -82,7 +82,7 @@ std::string BaseName(const std::string& path) {
 // More could not be distinguished on the page.
 constexpr size_t kMaxResults = 6;
 
-// Labels results that have the same file name with their whole path.
+// If several results have the same file name, labels each with its whole path.
 void NameApart(const std::vector<std::string>& paths,
                std::vector<PageResult>* results) {
   for (size_t i = 0; i < paths.size(); ++i) {
@@ -148,8 +148,8 @@ std::vector<PageResult> ReadResults() {
   return results;
 }
 
-// Whether the run was configured to change cameras. Headers written by other
-// programs may contain anything.
+// Whether the run was configured to change cameras or clocks. Headers written
+// by other programs may contain anything.
 bool WereCamerasMoved(const TrackHeader& header) {
   const Json config = ParseJson(header.config_json, "the configuration");
   const auto says = [&config](const char* key, const Json& usual) {

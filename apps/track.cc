@@ -154,8 +154,9 @@ class ReadableFrames final : public DetectionSource {
   std::optional<InputError> error_;
 };
 
-// The record that an earlier run added to the cameras. Its clocks are applied
-// to the whole recording, and refined parameters are not refined again.
+// The record that an earlier run added to the cameras. Throws if it has clocks,
+// which are applied to the whole recording, and the run is a stream or refines
+// cameras or clocks again.
 std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
   std::optional<RefinementRecord> record = ReadRefinementRecord(FLAGS_cameras);
   if (!record.has_value() || !record->has_clocks()) return record;
@@ -180,7 +181,7 @@ struct Recording {
   ReadyRecording ready;
 
   // Opens the detections at the first frame; may be called repeatedly, except
-  // for a stream.
+  // for a stream or a pipe that is not in `ready`.
   std::unique_ptr<DetectionSource> Open() const {
     if (ready.detections.has_value()) {
       return std::make_unique<MemorySource>(*ready.detections);

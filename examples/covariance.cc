@@ -1,5 +1,6 @@
-// Uncertainty of a joint: prints, for every tenth frame, the longest 95 %
-// half-axis of the wrist next to its true error in a synthetic scene.
+// Uncertainty of a joint: prints, for every tenth frame with one person, the
+// longest 95 % half-axis of the left wrist next to its true error in a
+// synthetic scene.
 #include <kinegraph/kinegraph.h>
 
 #include <Eigen/Eigenvalues>

@@ -1,4 +1,5 @@
-// Prints a joint angle with its 95 % interval, every second for every person.
+// Prints a joint angle with its 95 % interval, and the speed of the pelvis,
+// every second for every person.
 #include <kinegraph/kinegraph.h>
 
 #include <cstdio>

@@ -24,7 +24,8 @@ struct FloorContact {
   }
 };
 
-// Called for each frame of each person, with the triangulated pose.
+// Called for each frame of each person, with the triangulated pose if there is
+// one.
 std::vector<kinegraph::UserFactor> FeetOnTheFloor(
     const kinegraph::UserFrame& frame) {
   std::vector<kinegraph::UserFactor> factors;

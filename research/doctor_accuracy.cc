@@ -5,10 +5,11 @@
 //
 //   doctor_accuracy [SCENES_PER_KIND] [FIRST_SEED] [KIND] [--json=FILE]
 //
-// Prints one line per kind: the numbers of scenes, of identified faults, of
-// findings of another kind with a confidence of 0.8 or more ("wrong"), and of
-// verdicts "suspect"; then totals with one-sided 95 % limits (Clopper and
-// Pearson 1934).
+// Prints one line per kind: the numbers of scenes, of scenes whose fault was
+// identified, of scenes with a finding of another kind of confidence 0.8 or
+// more
+// ("wrong"), and of verdicts "suspect"; then totals with one-sided 95 % limits
+// (Clopper and Pearson 1934).
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -72,7 +73,7 @@ void ScaleImages(const std::function<double(const Camera&)>& factor,
   }
 }
 
-// States frame times of a clock that runs `factor` times as fast.
+// States a frame rate `factor` times the true one, with frame times to match.
 void TellRate(double factor, FaultyScene* scene) {
   scene->scene.frame_rate_hz *= factor;
   scene->detections.header.frame_rate_hz *= factor;
@@ -339,7 +340,7 @@ double UpperLimit(int k, int n) {
   return high;
 }
 
-// Prints all findings of a scene to standard error, if the fault was not
+// Prints all findings of a scene to standard error. Called if the fault was not
 // identified or another one was reported.
 void PrintFindings(const std::string& fault, uint64_t seed,
                    const Diagnosis& diagnosis) {

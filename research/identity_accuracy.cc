@@ -341,9 +341,9 @@ Counts CountsOf(const TrackSequence& truth, const TrackSequence& tracks) {
   return counts;
 }
 
-// The most frequent true person of an identity in the second before `frame` or,
-// with `after`, in the second after it, because frames next to a gap are often
-// unmatched.
+// The most frequent true person of an identity in the last second of its
+// matched frames up to `frame` or, with `after`, in the first one from `frame`
+// on; not in one frame, because frames next to a gap are often unmatched.
 TrackId NameAt(const TrueNames& names, TrackId id, int64_t frame, bool after,
                double rate_hz) {
   const auto all = names.names().find(id);

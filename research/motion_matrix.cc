@@ -117,7 +117,7 @@ double RmseOf(const std::vector<float>& errors_m) {
 }
 
 double Acceleration(const SteadyClip& clip, size_t k, int joint_idx) {
-  // Over at least a thirtieth of a second, at any rate.
+  // Over about a thirtieth of a second, but at least one frame.
   const auto step =
       static_cast<size_t>(std::max(1.0, std::round(clip.rate_hz / 30.0)));
   if (k < step || k + step >= clip.joints_m.size()) return 0.0;

@@ -25,7 +25,7 @@ struct SteadyClip {
 };
 
 // The first person of a tracks file, who must have all joints, moved so that
-// the centre of the path lies above the origin.
+// the middle of the bounding box of all joints lies above the origin.
 SteadyClip LoadSteadyClip(const std::string& path);
 
 // The same motion at another rate, by a natural cubic spline per coordinate.
@@ -34,9 +34,9 @@ SteadyClip Resample(const SteadyClip& clip, double rate_hz);
 // The first `seconds` of the clip, or all of it.
 SteadyClip FirstSeconds(const SteadyClip& clip, double seconds);
 
-// The first pose held for `seconds`, then the clip. Meanwhile the whole body
-// sways like a standing person's, a few millimetres below 1 Hz, and comes to
-// rest at the clip's first pose.
+// The first pose held for `seconds`, then the clip. Meanwhile the body sways
+// above its feet like a standing person's, a few millimetres below 1 Hz, and
+// comes to rest at the clip's first pose.
 SteadyClip AfterRest(const SteadyClip& clip, double seconds);
 
 // The clip with joint centres that are not points of rigid bones (JointSway in

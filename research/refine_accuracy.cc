@@ -1,5 +1,6 @@
 // Gain of refining cameras and clocks. Synthetic recordings (5 cameras, 6
-// people, 10 s) with a wrong calibration or wrong clocks are tracked by a batch
+// people, 10 s, unless the fault has cameras or clips of its own) with a wrong
+// calibration, wrong clocks or no fault are tracked by a batch
 // with bones: with the true calibration, with the stated one, and with the one
 // that is refined as in `track`.
 //

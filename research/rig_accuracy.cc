@@ -3,16 +3,18 @@
 //
 //   rig_accuracy FIRST_SEED COUNT [track|lenses|size|clips]
 //
-// Prints one line per room: its parameters, verdict, largest errors of rotation
-// [deg] and position [% of the room's size] after a similarity, number of
-// errors within the stated 95 % regions, rms error of the clocks [ms],
-// processor time [s]; then a summary. `track`: also the mean error of the
-// people's joints [mm] with the estimated and with the true cameras and clocks,
-// after aligning the cameras and after aligning the tracks by a similarity.
-// `lenses`, `size`: rooms of four cameras with realistic lenses and one to four
-// people, simulated or recorded (odd seeds), for 40 to 60 s; `lenses` specifies
-// the lenses, `size` only the image size. `clips`: like `lenses`, with one or
-// two people for the length of a clip (12 s if simulated).
+// Prints one line per room: its parameters, verdict and stated accuracy,
+// largest errors of rotation [deg] and position [% of the room's size] after a
+// similarity, number of errors within the stated 95 % regions, NEES, rms error
+// of the clocks [ms], processor time [s]; then a summary. `size`: also the
+// errors of the lenses. `track`: also, if all cameras are calibrated, the mean
+// error of the people's joints [mm] with the estimated and with the true
+// cameras and clocks, after aligning the cameras and after aligning the tracks
+// by a similarity. `lenses`, `size`: rooms of four cameras with realistic
+// lenses and one to four people, simulated or recorded (odd seeds), for 40 to
+// 60 s; `lenses` specifies the lenses, `size` only the image size. `clips`:
+// like `lenses`, with one or two people for the length of a clip (12 s if
+// simulated).
 //
 //   rig_accuracy compare TRUTH FOUND [ALIGNED]
 //

@@ -2,12 +2,12 @@
 """Scores recordings of others: research/takes.py [NAME ...] prints the table
 "Recordings of others" of docs/results.md; research/remake calls it.
 
-Every recording is tracked with the configuration that `init` writes. Where
-there is no truth, each camera is held out in turn, and its detections are
-compared with the projected tracks of the other cameras and with plain
-triangulation (DLT) from the same views. The measures are computed by KINEGRAPH_DATA/takes
-(evaluate_take.py, field_lib.py), independently of this project. Needs numpy,
-scipy and h5py.
+Every recording is tracked with the configuration that `init` writes and scored by
+the measure in its row (SHOWN). "held out": a camera's detections are compared with
+the projected tracks of the other cameras and with plain triangulation (DLT) from the
+same views, for each camera in turn or for the one that is named. The measures are
+computed by KINEGRAPH_DATA/takes (evaluate_take.py, field_lib.py), independently of
+this project. Needs numpy, scipy and h5py.
 """
 import json
 import lzma
@@ -29,7 +29,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, TAKES)
 import field_lib  # noqa: E402
 
-MISSING_PX = 30.0  # error of a point without an estimate; larger errors count as this
+MISSING_PX = 30.0  # limit of errors in the mean, also for a point without an estimate
 
 
 def build():
@@ -126,7 +126,7 @@ def cheetah(out):
 
 
 def crowd(out, name):
-    """Scores people who are boxes with the joints top and bottom, by the boxes' centres."""
+    """Scores people tracked as boxes (joints: top and bottom) by the boxes' centres."""
     detections = os.path.join(TAKES, f"crowd_cmc/{name}.jsonl")
     tracks, people, cost, _ = track(out, name, "crowd_cmc/cameras.json", detections)
 

@@ -83,7 +83,7 @@ struct Results {
   // By key of the measure and configuration; absent if no task has the value.
   std::map<std::pair<std::string, std::string>, BatchColumn> columns;
 
-  // A configuration without any finished recording has an empty column.
+  // Without values if the configuration has no finished recording.
   BatchColumn ColumnOf(const BatchMeasure& measure,
                        const std::string& configuration) const {
     const auto at = columns.find({measure.key, configuration});

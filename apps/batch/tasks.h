@@ -23,8 +23,8 @@ struct Task {
   std::string configuration;
   std::vector<TaskStep> steps;
   // Checksum of the arguments of all steps and of the contents of calibration,
-  // ground truth and configuration (not of detections). Another fingerprint
-  // means another task.
+  // ground truth and configuration, if these are files (not of detections).
+  // Another fingerprint means another task.
   std::string fingerprint;
 
   std::string Name() const { return recording + "/" + configuration; }

@@ -75,7 +75,7 @@ InputError UnknownFlag(const std::string& name) {
   }
   const std::string shown = "unknown flag --" + Printable(name);
   std::string nearest;
-  size_t least = 3;  // a greater distance is no typing error
+  size_t least = 3;  // this distance or more is no typing error
   for (const gflags::CommandLineFlagInfo& flag : OwnFlags()) {
     const size_t distance = EditDistance(name.substr(0, 100), flag.name);
     if (distance >= least) continue;

@@ -54,7 +54,7 @@ struct AppInfo {
 int RunApp(int argc, char** argv, const AppInfo& info,
            const std::function<void()>& body);
 
-// Throws InputError when the flag --`name` was not given.
+// Throws InputError if `value`, that of the flag --`name`, is empty.
 void RequireFlag(const std::string& name, const std::string& value);
 
 // The first of the flags `names` whose value differs from its default; empty if

@@ -22,7 +22,7 @@ std::string ProjectConfig(const std::string& name);
 // empty if there is none.
 std::string ShippedConfig(const std::string& name);
 
-// Path of the configuration that a user names: an existing file, else one of
+// Path of the configuration that a user names: an existing path, else one of
 // the project's configurations, with or without "configs/" in front
 // ("paper/shelf.toml"). Throws InputError that lists these if there is neither.
 // Empty and absolute paths are returned unchecked.

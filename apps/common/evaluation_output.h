@@ -44,7 +44,8 @@ EvaluationOutput DescribeMotion(const MotionResult& result);
 // Empty text and null if there are no covariances.
 EvaluationOutput DescribeConsistency(const ConsistencyResult& result);
 EvaluationOutput DescribeCoverage(const Share& covered);
-// Rows: all joints, all joints but the face, each joint class and each view.
+// Rows: all joints, all joints but the face, each joint class and each view;
+// those without scored joints are left out.
 EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
                                  const std::vector<std::string>& view_names);
 

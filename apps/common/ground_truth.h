@@ -21,8 +21,8 @@ struct ReadRecording {
 // Returns notes on the pairing of frames, on people that were not found and on
 // subjects for whose size the gate of evaluation is not made.
 // Throws InputError if the frame rates do not allow pairing, if people are
-// found only with other axes or another unit (naming the flag), and if no
-// person is annotated in `frames` (numbered as in the tracks; empty: all).
+// found only with other axes or another unit (with advice), and if no person is
+// annotated in `frames` (numbered as in the tracks; empty: all).
 std::vector<std::string> CheckGroundTruth(
     const ReadRecording& truth, const ReadRecording& tracks,
     const std::vector<FrameRange>& frames);

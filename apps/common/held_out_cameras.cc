@@ -34,7 +34,7 @@ namespace {
 struct HeldOutInput {
   HeldOutRequest request;
   RunOptions options;
-  CameraRig rig;      // as in the file
+  CameraRig rig;      // in the order of the file
   CameraRig cameras;  // in view order
   DetectionSequence detections;
 
@@ -143,7 +143,8 @@ struct HeldOutRun {
   ViewBias bias;
 };
 
-// Checks that there is one run per view, or a configuration to make them.
+// Checks that there is one run per view, and no --folds with them, or a
+// configuration to make the runs.
 void CheckRuns(const HeldOutInput& input) {
   const HeldOutRequest& request = input.request;
   if (request.runs.empty()) {

@@ -8,9 +8,9 @@
 //       {"Butterworth", PlotStyle::kLinePoints, {2, 4}, {5.1, 4.8}});
 //   WritePlot({plot}, folder.PathOf("tuning.svg"));
 //
-// The same description gives the same bytes. Colours are those of Okabe and Ito
-// (2008, "Color Universal Design"), which colour-blind people can distinguish;
-// series also differ in marks and dashes.
+// The same description gives the same bytes with one version of gnuplot.
+// Colours are those of Okabe and Ito (2008, "Color Universal Design"), which
+// colour-blind people can distinguish; series also differ in marks and dashes.
 #ifndef KINEGRAPH_APPS_COMMON_PLOT_H_
 #define KINEGRAPH_APPS_COMMON_PLOT_H_
 

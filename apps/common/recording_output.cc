@@ -68,7 +68,8 @@ std::string PeopleLines(const RecordingReport& report) {
   return text;
 }
 
-// The pairing of views with cameras, unless the names make it obvious.
+// The pairing of views with cameras, unless it is configured or follows from
+// equal names or numbers.
 std::string PairingText(const RecordingReport& report) {
   if (report.paired_by < PairedBy::kWithin ||
       report.paired_by == PairedBy::kNumber) {
@@ -213,7 +214,7 @@ std::string WarningsText(const RecordingReport& report) {
   for (size_t w = 0; w < warnings.size(); ++w) {
     const Finding& warning = warnings[w];
     text += Wrapped("warning: " + TextOf(warning) + ".", kColumns, "  ");
-    // A fix shared by several warnings is printed once.
+    // A fix shared by successive warnings is printed once.
     if (w + 1 < warnings.size() && warnings[w + 1].fix == warning.fix) continue;
     text += IsCommand(warning.fix)
                 ? "try: " + warning.fix + "\n"
@@ -254,7 +255,7 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 
 namespace {
 
-// Counts over all solves, successful or not.
+// Counts over the solves for people whose tracks have ended, successful or not.
 Json SolverJson(const RunSummary& run) {
   const SolveCounts& counts = run.solves;
   return {{"name", run.solver},

@@ -18,11 +18,12 @@ namespace kinegraph {
 // configuration and, if a command writes corrected cameras, these.
 void NameInputs(const std::string& recording, const std::string& configuration,
                 const std::string& corrected, std::vector<Finding>* findings);
-// `--name='value'` preceded by a space; empty without a value.
+// ` --name=value`, with the value quoted if a shell requires it; empty without
+// a value.
 std::string Flag(const std::string& name, const std::string& value);
 
-// Lines of at most 100 columns for a terminal. Each warning is followed by its
-// remedy; commands are not wrapped.
+// Lines of at most 100 columns for a terminal. A warning is followed by its
+// remedy, unless the next warning has the same one; commands are not wrapped.
 std::string ReportText(const RecordingReport& report);
 std::string WarningsText(const RecordingReport& report);
 

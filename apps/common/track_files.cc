@@ -16,7 +16,8 @@ std::string ExtensionOf(const std::string& path) {
   return dot != std::string::npos && dot > name ? path.substr(dot) : "";
 }
 
-// Whether the extension selects kinegraph's own format.
+// Whether the extension selects kinegraph's own format, which streams also
+// have.
 bool IsOurs(const std::string& path) {
   const std::string extension = ExtensionOf(path);
   return extension == ".jsonl" || extension == ".json" || IsStream(path);

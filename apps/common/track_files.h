@@ -22,9 +22,9 @@ namespace kinegraph {
 
 // The output of `track`: the extension of --out selects the format.
 //
-// .jsonl and .json select kinegraph's own format, which is written as frames
-// become final; for others (core/io/tracks/format.h) the recording is kept
-// until its end. Formats with one file per person, such as .trc, create a
+// .jsonl, .json and streams select kinegraph's own format, which is written as
+// frames become final; for others (core/io/tracks/format.h) the recording is
+// kept until its end. Formats with one file per person, such as .trc, create a
 // folder of that name without the extension.
 class TrackOutput {
  public:

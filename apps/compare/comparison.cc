@@ -57,7 +57,8 @@ TrackSequence WrittenPeople(const FrozenRun& run,
   return people;
 }
 
-// Keeps the detections of `set` that are also in `wanted`.
+// Keeps the detections of `set` that are also in `wanted`, and takes the least
+// confidence from `wanted`.
 void Restrict(const HeldOutSet& wanted, HeldOutSet* set) {
   std::set<std::tuple<int64_t, std::string, int>> named;
   for (const HeldOutDetection& one : wanted.detections) {

@@ -62,7 +62,7 @@ struct Comparison {
   double rate_hz() const { return scene().frame_rate_hz; }
   const std::vector<std::string>& views() const { return run.scene.view_names; }
   std::vector<FrameRange> scored_frames() const;
-  // Blocks of one second.
+  // Blocks of one second, but at least two frames.
   BootstrapOptions bootstrap() const;
 };
 
@@ -72,10 +72,11 @@ std::shared_ptr<const PreparedRecording> PrepareRecording(
     const FrozenRun& run, const RunOptions& options,
     DetectionSequence detections, int threads);
 
-// Fills in the scored set and everything else from `run`; `folds` must not be
-// empty. `cameras` is the path of the calibration. `held_out_set`, if given,
-// restricts scoring to its detections. Throws InputError if nothing is left to
-// score.
+// Fills in the scored set, its people and the limits of errors from `run`;
+// `folds` must not be empty. `cameras` is the path of the calibration.
+// `held_out_set`, if given, restricts scoring to its detections and has the
+// limit. Throws InputError if a fold has no detection to score, or if the limit
+// of a camera needs its image size and that is unknown.
 Comparison MakeComparison(const std::string& cameras, RunOptions options,
                           FrozenRun run, std::vector<Fold> folds,
                           const std::optional<HeldOutSet>& held_out_set,
@@ -139,9 +140,10 @@ struct RecordingInput {
   std::string common_set = {};  // the part of `set` that all recordings share
 };
 
-// Recordings of a manifest with its single configuration; `config` and `mode`
-// override, and `set` extends, the manifest's. Throws InputError unless there
-// are at least two recordings and exactly one configuration.
+// Recordings of a manifest with `config` or, if that is empty, the manifest's
+// single configuration, whose mode `mode` overrides and whose set `set`
+// extends. Throws InputError unless there are at least two recordings and,
+// without `config`, exactly one configuration.
 std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& path,
                                          const std::string& config,

@@ -39,7 +39,7 @@ std::string DifferenceCell(const Measure& measure) {
                       measure.decimals);
 }
 
-// Empty for NaN.
+// Empty for NaN and infinity.
 std::string Number(double value) {
   return std::isfinite(value) ? fmt::format("{:.10g}", value) : "";
 }

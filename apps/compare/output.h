@@ -19,7 +19,7 @@ Json CompareJson(const CompareResult& result);
 // Tidy: one row per strategy and measure.
 std::string CompareCsv(const CompareResult& result);
 // One row per scored joint: its frame and each strategy's held-out error [px],
-// empty without a prediction.
+// limited to cap_px; empty without a prediction.
 std::string ErrorsCsv(const CompareResult& result);
 // One row per strategy, joint ("all": together) and subset of the frames:
 // errors of velocity and acceleration. Requires a ground truth.
@@ -40,7 +40,8 @@ std::string RankingText(const CompareResult& result);
 // joints; at most two sentences.
 std::vector<std::string> BalanceSentences(const CompareResult& result);
 
-// Which strategy to use, how certain that is, and its cost, in sentences.
+// The best strategy, how certain that is, its delay and, with a ground truth,
+// the nearest strategy, in sentences.
 std::string VerdictText(const CompareResult& result);
 
 // recommended.toml: the configuration of the comparison with the strategy of
@@ -57,7 +58,9 @@ std::string Digest(const CompareResult& result, const std::string& folder);
 
 // What is shown in plots that have no room for everything.
 struct PlotChoice {
-  std::vector<std::string> strategies;  // names; unknown ones are ignored
+  // Names; unknown and refused ones are ignored, and if none is left, all
+  // strategies that ran are shown.
+  std::vector<std::string> strategies;
   std::string joint = "r_wrist";
 };
 

@@ -529,7 +529,7 @@ void AddLagSweep(CompareResult* result) {
 }
 
 // StrategyRun::alike of the named strategy, which is run if it was not
-// requested.
+// requested or was refused.
 TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
                       const std::vector<Strategy>& strategies,
                       const std::vector<StrategyScores>& scores) {

@@ -39,8 +39,9 @@ struct StrategyScores {
 
   HeldOutSummary held_out;
   RatioSeries held_out_errors;  // min(error, 30 px)
-  // The error of each scored joint, negative without a prediction, and the
-  // index of its unit in held_out_errors, the same for all strategies.
+  // The error of each scored joint, limited to the view's cap_px and negative
+  // without a prediction, and the index of its unit in held_out_errors, the
+  // same for all strategies.
   std::vector<float> joint_errors_px;
   std::vector<int32_t> joint_units;
   std::vector<int64_t> unit_frames;  // the frame of each unit

@@ -213,7 +213,7 @@ class Maker {
 
   const StudyRequest& request_;
   std::map<std::string, StrategyPoints> grids_;
-  // By recording and requested strategy.
+  // By recording and requested strategy; `errors` is of that recording only.
   std::vector<std::vector<StrategyPoints>> chosen_;
   std::vector<std::vector<StrategyValues>> defaults_;
   Study study_;

@@ -212,7 +212,7 @@ void WriteParameters(const std::vector<Strategy>& strategies,
       text += fmt::format("\n[{}.{}]\n", table, strategies[s].name);
       for (size_t i = 0; i < strategies[s].parameters.size(); ++i) {
         const SmootherParameter& parameter = strategies[s].parameters[i];
-        // TOML distinguishes integers from numbers; both are accepted.
+        // TOML distinguishes integers from floats; ReadParameters accepts both.
         text +=
             fmt::format("{} = {:.17g}{}\n", parameter.name,
                         parameters.strategies[s][fold][i],

@@ -358,8 +358,8 @@ PlotSeries Level(double x_low, double x_high, double y, bool dashed) {
   return line;
 }
 
-// Difference against mean of each joint's position on one axis of the body,
-// relative to the mean of the person's joints.
+// Difference against mean of each pooled joint's position on one axis of the
+// body, relative to the mean of the true joints.
 Plot BlandAltman(const MarkerStudy& study, int axis) {
   static const char* const kAxes[] = {"right", "forward", "up"};
   const PairedMotion& motion = study.motion;
@@ -476,7 +476,8 @@ std::vector<std::string> WriteMarkerPlots(const MarkerStudy& study,
   return names;
 }
 
-// The truth's joints followed by all of its markers, in the scored frames.
+// The truth's joints followed by its markers with other names, in the scored
+// frames.
 TrackSequence WithMarkers(const MarkerStudy& study) {
   TrackSequence shown = study.motion.truth;
   if (study.truth.set.empty()) return shown;

@@ -70,7 +70,7 @@ MarkerStudy RunMarkerStudy(const MarkerRequest& request);
 TrackSequence MarkersAsTruth(const std::string& path, const std::string& rules,
                              const TrackSequence& tracks);
 
-// Millimetres, degrees and seconds as the keys specify; null if undefined.
+// In the units that the keys specify; null if undefined.
 Json MarkerJson(const MarkerStudy& study);
 std::string MarkerMarkdown(const MarkerStudy& study);
 // Writes markers.json, markers.md, plots and page.html to a new folder.

@@ -103,7 +103,7 @@ std::string WithoutAngleBrackets(const std::string& json) {
 
 namespace {
 
-// The value of "cameras.refine"; null if absent.
+// The value of a dotted key such as "cameras.refine"; null if absent.
 Json ValueOf(const Json& config, const std::string& dotted) {
   const Json* value = &config;
   for (const std::string& key : Split(dotted, '.')) {

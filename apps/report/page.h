@@ -1,5 +1,5 @@
-// Writes the page: markup, style, scripts and data in one file. Encodes bytes,
-// numbers and the JSON files of other commands for it.
+// Writes the page: markup, style, scripts and data in one file. Encodes bytes
+// and numbers for it, and checks the JSON files of other commands.
 #ifndef KINEGRAPH_APPS_REPORT_PAGE_H_
 #define KINEGRAPH_APPS_REPORT_PAGE_H_
 
@@ -54,6 +54,7 @@ Json ReadDoctorJson(const std::string& text, const std::string& file);
 
 // Removes findings of the doctor that the configuration of a result already
 // corrects: it sets the keys of the fix, or refines the parameter concerned.
+// Sets "mended" if there are any.
 void LeaveOutMended(const std::string& config_json, Json* doctor);
 
 // The page's sources, embedded into the program by embed.cmake.

@@ -18,7 +18,8 @@
 
 namespace kinegraph {
 
-// Assumed frame rate if neither the video nor the tracks have one.
+// Assumed frame rate if neither the video nor the tracks have one, or if the
+// times of the tracks do not ascend.
 inline constexpr double kFallbackRateHz = 25.0;
 
 // A video behind a panel.
@@ -85,7 +86,8 @@ struct PageData {
   size_t detection_bytes = 0;  // with matches, weights and residuals
   size_t covariance_bytes = 0;
   size_t picture_bytes = 0;
-  std::vector<std::string> notes;  // about parts that were left out
+  // About parts that were left out and an unknown up direction.
+  std::vector<std::string> notes;
 };
 
 // Throws InputError if there is no frame to show, or if the doctor's file is

@@ -44,7 +44,7 @@ class DetectionPairing {
 
   const CameraRig& cameras_;
   std::vector<int> joint_map_;  // the tracks' joint -> the detections'
-  int min_shared_joints_;       // with fewer no residual
+  int min_shared_joints_;       // with fewer there is no residual
   std::vector<int> view_of_track_view_;
 };
 

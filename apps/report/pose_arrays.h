@@ -38,17 +38,17 @@ class PoseArrays {
   void DetailsTo(Json* json, PageData* data) const;
 
  private:
-  const double quantum_m_;  // of the joints
+  const double quantum_m_;  // of joints_
   const size_t view_count_;
   std::vector<uint32_t> frame_;
   std::vector<uint16_t> person_;
-  std::vector<int32_t> root_;         // 3 per pose, quanta
+  std::vector<int32_t> root_;         // 3 per pose, 0.1 mm
   std::vector<int16_t> joints_;       // 3 per joint, quanta from the root
   std::vector<uint8_t> status_;       // per joint: status + 4 * inlier views
-  std::vector<uint16_t> residual_;    // per view
-  std::vector<uint16_t> difference_;  // per pose
+  std::vector<uint16_t> residual_;    // per view, 0.1 px
+  std::vector<uint16_t> difference_;  // per pose, mm
   std::vector<int16_t> match_;        // per view (extras)
-  std::vector<uint8_t> weight_;       // per joint and view (extras)
+  std::vector<uint8_t> weight_;       // per view and joint (extras)
   std::vector<int16_t> covariance_;   // 6 per joint (extras)
 };
 

@@ -18,7 +18,8 @@ int64_t FirstFrame(const PageInput& input) {
   return frames.empty() ? 0 : frames.front().frame;
 }
 
-// Removes the number from the end of "cam1.mp4@100"; 0 if there is none.
+// Removes "@100" from the end of "cam1.mp4@100" and returns the number; 0 if
+// there is none.
 int64_t ExtractFirst(std::string* path) {
   const size_t at = path->rfind('@');
   if (at == std::string::npos || !IsVideoName(path->substr(0, at))) return 0;

@@ -29,8 +29,9 @@ struct ViewImages {
 // Reads the value of --images, "VIEW=PATTERN;VIEW=VIDEO;VIEW=VIDEO@FIRST",
 // where FIRST (default 0) is the frame number of the video's first image. If
 // the container of a video does not list its images, the frame rate of the
-// first result is assumed. Throws InputError for an unknown view, or if a
-// pattern or video lacks the first frame.
+// first result is assumed, or kFallbackRateHz. Throws InputError for an invalid
+// entry, for an unknown or repeated view, or if a pattern or video lacks the
+// first frame.
 ViewImages ReadViewImages(const std::string& images, const PageInput& input);
 
 // Number of frames of the first result outside the video.

@@ -199,8 +199,8 @@ std::optional<std::string> FindCalibration(const std::string& root,
                  {"cameras.json", "calibration.json", "Calib.toml"});
 }
 
-// An official download (docs/official_data.md); nullopt if none of the folder
-// names exists.
+// An official download (docs/official_data.md); nullopt if no folder has one of
+// the names, or if it has no actorsGT.mat.
 std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
                                      const std::vector<std::string>& names) {
   const auto folder = FirstOf(root, "", names);

@@ -45,7 +45,8 @@ struct LoadedDataset {
   TrackSequence truth;
 };
 
-// Throws InputError naming the files missing below `data_folder`.
+// Throws InputError naming the first file below `data_folder` that is missing
+// or cannot be read.
 LoadedDataset LoadDataset(const Dataset& dataset,
                           const std::string& data_folder);
 
@@ -111,9 +112,10 @@ struct BenchmarkData {
   std::vector<Benchmark> benchmarks;
 };
 
-// Finds the benchmarks in `folder`: either the developers' layout (shelf/ and
-// campus/ with their READMEs) or official downloads (docs/official_data.md).
-// Throws InputError listing the expected files if it is neither.
+// Finds the benchmarks in `folder`, each in the developers' layout (below
+// shelf/ or campus/) or as an official download (docs/official_data.md). Throws
+// InputError listing the expected files if there is none, or if a download is
+// incomplete.
 BenchmarkData FindBenchmarks(const std::string& folder, const std::string& set);
 
 // Reads the recording with the configuration of a method.

@@ -82,7 +82,8 @@ std::vector<HeadConversion> HeadConversionsOf(const Benchmark& benchmark) {
           HeadConversion::k4d, HeadConversion::kRaw};
 }
 
-// One row under one conversion and rule, specified by its protocol.
+// The score of a row under the head conversion and endpoint rule of
+// pcp.protocol.
 struct Score {
   PcpResult pcp;
   Interval mean;  // of the mean of actors
@@ -195,7 +196,7 @@ std::string ConversionsTable(const std::vector<ScoredRow>& rows,
   return table.ToString(TableStyle::kMarkdown);
 }
 
-// The lost parts of one actor in one row.
+// The incorrect parts of one actor in one row.
 struct Loss {
   int64_t parts = 0;
   std::map<PcpGroup, int64_t> by_group;
@@ -247,7 +248,7 @@ std::string LossTable(const std::vector<ScoredRow>& rows, HeadConversion head) {
   return table.ToString(TableStyle::kMarkdown);
 }
 
-// Every remark and every note on detections, once.
+// Every note on detections that are tracked here, once, and every remark.
 std::string Notes(const std::vector<ScoredRow>& rows) {
   std::string text = "Detections:\n";
   std::set<std::string> told;
@@ -262,7 +263,7 @@ std::string Notes(const std::vector<ScoredRow>& rows) {
   return text;
 }
 
-// Every head conversion and rule, and the lost parts with their frames.
+// Every head conversion and rule, and the incorrect parts with their frames.
 std::string ActorDetails(const std::string& title,
                          const std::vector<ScoredRow>& rows,
                          const std::vector<HeadConversion>& heads) {
@@ -324,7 +325,8 @@ Json ScoreJson(const ScoredRow& row, const Score& score) {
 
 // ---- Smaller tables
 
-// Results of single-person tools for actor 0, and of the methods run here.
+// Results of single-person tools for actor 0, and of the methods run here on
+// the first recording.
 TableOutput SinglePersonTable(const TrackedBenchmark& tracked,
                               const PcpProtocol& protocol) {
   Table table({"method", "mean rule", "each", "detections", "source"});

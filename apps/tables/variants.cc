@@ -213,7 +213,7 @@ TableOutput SweepTable(const std::string& title,
 
 // ---- Runtime
 
-constexpr int kRepetitions = 11;     // of each method; the median is reported
+constexpr int kRepetitions = 11;     // at most; the median is reported
 constexpr double kMaxSeconds = 5.0;  // per method, after its second repetition
 
 struct TimedMethod {
@@ -239,7 +239,7 @@ std::vector<TimedMethod> TimedMethods(const BenchmarkData& data) {
   return timed;
 }
 
-// What is timed: the stages in the order of StageTimes, then the whole.
+// What is timed: the stages of StageTimes except output, then the whole.
 constexpr const char* kTimed[] = {"preparation",    "association",
                                   "reconstruction", "estimation",
                                   "initialisation", "whole"};

@@ -9,17 +9,21 @@
 //   core/data/detection.h           2D poses from a detector
 //   core/data/pose.h                3D poses as they are written
 //   core/io/calibration/calibration.h           ReadCameras, WriteCameras
-//   core/io/detections/source.h      ReadDetections, OpenDetections
+//   core/io/detections/source.h     ReadDetections, OpenDetections
+//   core/io/detections/writer.h     WriteDetections
 //   core/io/tracks/tracks.h, writer.h   ReadTracks, WriteTracks
 //   core/io/tracks/c3d.h        ReadSegments: poses of segments (C3D)
 //   solvers/session/options.h       RunOptions: everything in a configuration
 //   solvers/session/session.h       Session: a run, frame by frame
 //   solvers/session/run.h           a whole recording at once; frozen matches
+//   core/tracking/replay.h          other smoothers on frozen matches
 //   core/tracking/estimator.h       interface of a user's own smoother
+//   solvers/factory.h               the built-in smoothers
 //   solvers/ceres/user_factor.h     a user's own factors
-//   core/evaluation/*.h             errors against a ground truth, identity
-//   core/kinematics/*.h             joint angles, speeds, distances
-//   core/synthetic/*.h              scenes with known truth
+//   core/evaluation/mpjpe.h         errors against a ground truth
+//   core/evaluation/identity.h, motion.h   identities, smoothness
+//   core/kinematics/kinematics.h, angles.h   joint angles, speeds, distances
+//   core/synthetic/scene.h, noise.h   scenes with known truth
 //
 // Lengths are in metres, image coordinates in pixels, times in nanoseconds
 // (TimeNs) or, with the suffix _s, seconds. Bad input throws InputError or

@@ -10,7 +10,7 @@
 
 Lengths are metres, images pixels, times seconds. Bad input raises InputError or
 OptionError (both are ValueErrors) with one line that names file, line or key.
-The commands use the same library, so their results are identical bit by bit.
+The commands use the same library, so their results are identical bit for bit.
 """
 
 from __future__ import annotations

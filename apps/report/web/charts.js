@@ -19,8 +19,8 @@ export function jointName(name) {
 
 const AXIS = 16;  // px under a plot, for times
 
-// The place of a time among the frames, which are evenly spaced in a plot although
-// there may be gaps between their times; a fraction within a gap.
+// The index of the frame at a time, with a fraction between two frames. Frames are
+// evenly spaced in a plot although there may be gaps between their times.
 function placeOfTime(time) {
   const f = lastAtMost(times, time), next = times[f + 1];
   return next > times[f] ? f + (time - times[f]) / (next - times[f]) : f;

@@ -4,7 +4,7 @@ import { byId, frameCount, frameNumbers, times } from './data.js';
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 export const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, pictures: 0, scene: null };
 
-// Listeners: `draw(f)` when the frame changes, `stop(f)` when playback stops.
+// Listeners: `draw(f)` when the frame or its display changes, `stop(f)` at each pause.
 const drawings = [];
 export function onFrame(draw, stop) { drawings.push({ draw: draw, stop: stop || (() => {}) }); }
 

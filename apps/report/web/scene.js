@@ -60,7 +60,8 @@ export class Scene {
     if (Math.abs(up.x) > 0.9) right.set(0, 1, 0);
     const forward = new THREE.Vector3().crossVectors(up, right).normalize();
     right.crossVectors(forward, up).normalize();
-    // Initial viewpoint: on the cameras' side, or in front without cameras.
+    // Initial viewpoint: on the cameras' side; oblique to the axes if there are no
+    // cameras or if these surround the people.
     const away = new THREE.Vector3();
     data.cameras.forEach((camera) => away.add(scratch.a.fromArray(camera.centre).sub(middle)));
     away.addScaledVector(up, -away.dot(up));

@@ -1,4 +1,4 @@
-// The column beside the 3D view: findings, summary, worst moments.
+// The findings above the 3D view; summary and worst moments beside it.
 import { LENGTH, NO_VALUE, SPEED, byId, colourOf, data, element, nameOf, results } from './data.js';
 import { pause, setFrame } from './playback.js';
 import { human, jointName, referenceName } from './charts.js';
@@ -42,7 +42,7 @@ function learntPart(summary) {
   return part;
 }
 
-// Warnings of `track` and findings of `doctor`, shown first.
+// Warnings of `track`, then findings of `doctor`.
 export function makeFindings() {
   const list = byId('finding-list'), several = results.filter((result) => !result.truth).length > 1;
   // A flag of a command is not wrapped if it fits into a line.

@@ -31,8 +31,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from common import Options, Refusal, most_bytes
 
 # In the order of recognition. Each is a module with KIND, PACKAGES (the Python modules
-# that it requires), recognise(path), read(path, options), and optionally
-# write(lines, out).
+# that it requires), recognise(path), and read(path, options) or write(lines, out) or both.
 FORMATS = ["sleap", "deeplabcut_h5", "freemocap", "caliscope", "opencap", "acinoset", "tum",
            "movement"]  # fmt: skip
 KINDS = ("cameras", "detections", "tracks")

@@ -296,7 +296,7 @@ def read(path, options):
     cameras = sorted({camera for _, camera in people})
     names = {camera: f"cam_{camera}" for camera in cameras}
     rate = options.frame_rate or frame_rate_of(times)
-    # Omits frames that only have points without a joint.
+    # Omits frames that only have points without a joint, unless frames have times.
     syncs = sorted(
         {
             sync

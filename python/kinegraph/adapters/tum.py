@@ -96,7 +96,7 @@ def write(lines, out):
             f"{max(ids)}, expected below {MOST_ACTORS}; the last frame is {last}, "
             f"expected below {MOST_FRAMES}"
         )
-    # An empty cell takes 56 bytes: tag, flags, two dimensions and name.
+    # An empty cell takes 56 bytes: tag, flags, two dimensions, name and tag of the data.
     poses = sum(map(len, frames.values()))
     size = 56 * (last + 1) * (max(ids) + 1) + 8 * 3 * count * poses
     if size > MOST_BYTES:
