@@ -57,7 +57,7 @@ TEST_F(CalibrateTest, RefusesUnwritableOutputPaths) {
   }
 }
 
-// The default with --focal must be distinguished from no flag.
+// The value 1, the default with --focal, must be distinguished from no flag.
 TEST_F(CalibrateTest, FocalErrorOfOnePercentAppliesToCameras) {
   const std::string detections = Seconds(8.0);
   const std::string flags = "--detections=" + detections +
@@ -91,7 +91,7 @@ TEST_F(CalibrateTest, UnreadableInputLeavesNoFolders) {
   EXPECT_FALSE(fs::exists(Path("new")));
 }
 
-// Otherwise only the writer fails, after all the work.
+// Otherwise only the writer would fail, after all the work.
 TEST_F(CalibrateTest, RefusesAFormatWithoutLensesAtOnce) {
   EXPECT_THAT(
       Refusal("calibrate",

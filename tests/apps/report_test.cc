@@ -107,7 +107,7 @@ TEST_F(ReportTest, PicturesAreLinkedOrEmbeddedUnchanged) {
       HasSubstr("0.jpg: is neither JPEG nor PNG"));
 }
 
-// Images of cam1 are four frames late, as the cameras.json says.
+// Images of cam1 are four frames late, as clocks.json says.
 TEST_F(ReportTest, RecordedClocksAreApplied) {
   const CameraRig rig = RingOfCameras(3);
   DetectionSequence late = ReadDetections(detections_);

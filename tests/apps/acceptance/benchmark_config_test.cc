@@ -57,7 +57,8 @@ void Leaves(const nlohmann::json& node, const std::string& name,
   }
 }
 
-// A new key must be added here with the value that keeps these figures.
+// A new key must be added to these configurations with the value that keeps the
+// figures.
 TEST_P(BenchmarkConfig, StatesEveryKeyOfTheGraphAndOfTracking) {
   const toml::table file = toml::parse_file(path());
   const nlohmann::json effective =

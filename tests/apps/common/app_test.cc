@@ -297,7 +297,8 @@ TEST(RunAppDeathTest, AClosedPipeOnStandardOutputExitsWithSuccess) {
       ExitedWithCode(kExitDone), "^$");
 }
 
-// A file opened by the body must not become standard output.
+// A file opened by the body must not take the place of a closed standard
+// stream.
 TEST(RunAppDeathTest, DoesNotReuseDescriptorsOfClosedStreams) {
   EXPECT_EXIT(
       {
@@ -330,7 +331,8 @@ TEST(ParseFrameRanges, RefusesMalformedEmptyAndOverlappingRanges) {
         ",1:2", " 1:2", "+1:2", "1:99999999999999999999", "1.5:2", "1:2;3:4"}) {
     EXPECT_THROW(ParseFrameRanges(text), InputError) << text;
   }
-  // Overlapping ranges would count frames twice.
+  // Overlapping ranges would count frames twice; descending ranges are refused
+  // too.
   EXPECT_THROW(ParseFrameRanges("1:5,4:8"), InputError);
   EXPECT_THROW(ParseFrameRanges("5:8,1:3"), InputError);
   EXPECT_EQ(ParseFrameRanges("1:5,5:8").size(), 2u);

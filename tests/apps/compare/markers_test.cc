@@ -108,8 +108,8 @@ TEST_F(CompareWithMarkers, RanksLikeTheSyntheticTruth) {
   const auto [dlt_mm, batch_mm] = Run("--markers='" + Markers() + "'");
   EXPECT_LT(batch_mm, dlt_mm);
   // The same markers on the cameras' clock and in their world frame: results
-  // differ only by the noise that the alignment fits, which is small over
-  // hundreds of frames.
+  // differ only by the noise that the alignment fits, which is small over 150
+  // frames.
   const auto [same_dlt_mm, same_batch_mm] =
       Run("--markers='" +
           Write("same.jsonl", Eigen::Isometry3d::Identity(), 0.0) + "'");

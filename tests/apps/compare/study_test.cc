@@ -140,8 +140,8 @@ TEST_F(StudyCommand, TheConfigurationCanBeAFlag) {
             ContentOf(Path("table/study.csv")));
 }
 
-// A recording by itself, with the values that the study chose for it, has the
-// same scores: the other recordings affect only the choice.
+// Without tuning, a recording compared alone has the same scores as in the
+// study.
 TEST_F(StudyCommand, FiguresMatchRecordingsComparedAlone) {
   const std::string strategies = " --strategies=causal_gaussian,batch --out=";
   Done("compare", "--manifest=" + manifest_ + strategies + Path("study"));

@@ -131,7 +131,7 @@ TEST_F(MarkersProgramTest, TimeShiftAndRotationAreRemoved) {
                   scores["median_mm"].get<double>(), 0.05)
           << joint;
     }
-    // The previous registration followed by the inverse rotation.
+    // The inverse rotation followed by the previous registration.
     Eigen::Matrix3d was, is;
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) {

@@ -428,7 +428,7 @@ TEST(RemovedFlagTest, ARemovedFlagNamesItsReplacement) {
 }
 
 TEST(DriverTest, HelpNeedsNeitherPackagesNorACompiler) {
-  // A folder without a build, and no apt-get in the path.
+  // First with a build, then with a folder that has none.
   const TemporaryFolder folder;
   const std::string driver = ProjectFile("kinegraph").string();
   const ProgramOutcome built =

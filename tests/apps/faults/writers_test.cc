@@ -1,5 +1,5 @@
-// For every writer: no partial files, a one-line error, the right exit code,
-// and the user's files unharmed.
+// For each of Writers(): no partial files, a one-line error, the right exit
+// code, and the user's files unharmed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -21,11 +21,11 @@ using ::testing::Not;
 // A file of a small recording, the input of all writers.
 std::string Input(const char* name) { return DemoScene("0.4") + "/" + name; }
 
-// A writer: its command line, with OUT in place of the result's name.
+// A command that writes a result OUT.
 struct Writer {
   std::string name;
   std::string command;
-  std::string arguments;  // CAMERAS, DETECTIONS, TRUTH and OUT are filled in
+  std::string arguments;  // CommandOf() replaces words in capitals
   bool is_folder = false;
 };
 

@@ -173,8 +173,8 @@ class PageInBrowser : public ::testing::Test {
                        "'; list.dispatchEvent(new Event('change')); })()");
   }
 
-  // The frame shown by the state, the slider, the clock, the bodies in 3D and
-  // the panels; -1 if they disagree.
+  // The frame shown by the state, the slider, the clock and the bodies in 3D;
+  // -1 if they disagree.
   int FrameEverywhere() {
     const Json shown = browser_->Evaluate(R"((() => {
       const f = kinegraph.state.frame, result = kinegraph.results[0];
@@ -460,7 +460,7 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
 // Frames are evenly spaced in a timeline, so labels must follow a gap.
 TEST_F(PageInBrowser, TimelineLabelsStandAtTheirFrames) {
   Take take = MakeRecording();
-  for (size_t f = kFrames / 2; f < kFrames; ++f) {  // after three seconds
+  for (size_t f = kFrames / 2; f < kFrames; ++f) {  // after a gap of 3 s
     take.tracks.frames[f].frame += 75;
     take.tracks.frames[f].time += FromSeconds(3.0);
     take.detections.frames[f].frame += 75;

@@ -82,7 +82,7 @@ TEST(PageData, LargeFrameNumbersAreExact) {
               ::testing::ElementsAre(0x1p50, 0x1p50 + 1, 0x1p50 + 2));
 }
 
-// Invalid side files do not prevent the page.
+// An invalid summary does not prevent the page.
 TEST(PageData, AnInvalidSummaryIsLeftOut) {
   PageInput input = InputOf(Walk(3, 1, 25.0));
   const std::string whole =

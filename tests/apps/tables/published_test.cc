@@ -10,9 +10,9 @@ namespace kinegraph {
 namespace {
 
 // The printed average is the unweighted mean of the three actors: with two
-// decimals within half a unit, with one decimal within half a unit of each cell
-// and of the average itself. The paper truncates 96.797 to 96.79, a whole unit.
-// Two averages of the Campus table differ, as its caption states.
+// decimals within a unit of the last one, because the paper truncates 96.797 to
+// 96.79; with one decimal within one and a half units. Two averages of the
+// Campus table differ, as its caption states.
 TEST(PublishedTest, AveragesAreUnweightedMeansOfActors) {
   for (const PublishedTable& table :
        {PublishedCampus(), PublishedCampusExtended(), PublishedShelf()}) {

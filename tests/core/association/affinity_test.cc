@@ -121,7 +121,7 @@ TEST_F(ViewMatcherTest, AssignsDetectionsToPeople) {
   // A recent track has precedence over a stale one.
   EXPECT_EQ(Match({{&left_, 4.0}, {&left_, 1.0}}, {left_}),
             (std::vector<int>{-1, 0}));
-  // After ten missed frames the factor e^-30 = 1e-13 must not be rounded to
+  // At an age of ten frames the factor e^-30 = 1e-13 must not be rounded to
   // zero.
   EXPECT_EQ(Match({{&left_, 10.0}}, {left_}), (std::vector<int>{0}));
   EXPECT_LT(matcher_.affinities()[0], 1e-12);
@@ -170,7 +170,7 @@ class CrossViewAffinityTest : public ::testing::Test {
     // The pixel (370, 240) is the ray along (0.1, 0, 1).
     observation_.joints.assign(17, {{370.0, 240.0}, 1.0, true});
     observation_.ideal_px.assign(17, {370.0, 240.0});
-    // 6 cm above the ray: 1 - 0.06 / 0.15 = 0.6.
+    // 6 cm beside the ray: 1 - 0.06 / 0.15 = 0.6.
     expected_.assign(17, {{0.5, 0.06, 5.0}, JointStatus::kObserved});
     // 12 px away: 1 - 12 / 60 = 0.8 after one frame.
     last_seen_.assign(17, {true, {370.0, 252.0}, 1.0});

@@ -88,7 +88,8 @@ TEST_F(AllViewMatcherTest, HiddenJointsAreMisplacedMoreOften) {
   EXPECT_EQ(Match({two[0], Box(-2.0, 0.0)}, 0.25)[0][0], -1);
 }
 
-// Crowds of ten whose detections are off by a few pixels, some missing.
+// Crowds of ten whose detections have errors of 20 px; one to three of the ten
+// are missing in each view.
 TEST_F(AllViewMatcherTest, TheOrderOfViewsDoesNotMatter) {
   const CameraRig reversed(cameras_.rbegin(), cameras_.rend());
   AllViewMatcher of_reversed(reversed, {0, 1}, 6.0);

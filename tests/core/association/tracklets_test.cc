@@ -10,8 +10,7 @@
 namespace kinegraph {
 namespace {
 
-// The view of one camera, with people at the given positions from left to
-// right.
+// The view of one camera, with people at the given positions along x.
 class TrackletsTest : public ::testing::Test {
  protected:
   void See(const std::vector<double>& places_m) {

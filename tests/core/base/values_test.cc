@@ -29,7 +29,7 @@ TEST(WeightedQuantile, IsTheSmallestValueThatReachesTheFraction) {
 
 TEST(WeightedQuantile, MedianOfEqualHalvesIsTheMidpoint) {
   EXPECT_EQ(WeightedMedian({{7.0, 1.0}}), 7.0);
-  // Even: the mean of the middle two, as without weights.
+  // Even count, equal weights: the mean of the middle two, unlike Median.
   EXPECT_EQ(WeightedMedian({{1.0, 1.0}, {2.0, 1.0}, {4.0, 1.0}, {9.0, 1.0}}),
             3.0);
   EXPECT_EQ(WeightedMedian({{1.0, 1.0}, {2.0, 1.0}, {9.0, 1.0}}), 2.0);

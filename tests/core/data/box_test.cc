@@ -54,7 +54,7 @@ TEST(Box, DiagonalMatchesHandComputedValues) {
 
 TEST(Box, GapIsTheLargerOfBothAxes) {
   const Eigen::AlignedBox2d box = BoxOf(0.0, 0.0, 10.0, 20.0);
-  // To the right, to the left, below, above and across.
+  // To the right, to the left, below, above and diagonally.
   EXPECT_EQ(GapPx(box, BoxOf(13.0, 5.0, 15.0, 6.0)), 3.0);
   EXPECT_EQ(GapPx(box, BoxOf(-9.0, 5.0, -4.0, 6.0)), 4.0);
   EXPECT_EQ(GapPx(box, BoxOf(5.0, 25.0, 6.0, 30.0)), 5.0);

@@ -61,7 +61,7 @@ CameraRig Elsewhere(const CameraRig& rig, double scale) {
 }
 
 TEST(CamerasTest, AnotherWorldFrameAddsNoError) {
-  // Two cameras and a row of three lie on a line, four in a plane.
+  // Two cameras and the row of three lie on a line, the others in a plane.
   CameraRig row;
   for (int i = 0; i < 3; ++i) {
     row.push_back(CameraAt("cam" + std::to_string(i),

@@ -53,7 +53,8 @@ TEST(IdentityTest, CountsMatchHandComputedValues) {
            Case{"0@0", "1@0.5625", {0, 1, 1, 0, 0, 0}, -1, 0},
            // Identity 1 explains person 0 for two frames and person 1 for one;
            // identity 2 explains person 0 once. The pair (0, 1) leaves nothing
-           // for person 1, but is still better than (0, 2) with (1, 1).
+           // for person 1, but explains two frames, as do (0, 2) and (1, 1)
+           // together.
            Case{"0@0 | 0@0 | 0@0 | 1@3",
                 "1@0 | 1@0 | 2@0 | 1@3",
                 {4, 0, 0, 1, 0, 2},

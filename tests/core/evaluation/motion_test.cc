@@ -78,7 +78,7 @@ TEST(MotionTest, RequiresAFrameRate) {
 
 TEST(CoverageTest, CountsTruePeopleWithAPoseNearby) {
   const TrackSequence truth = Standing("0@0 1@4 | 0@0");
-  const TrackSequence tracks = Standing("7@0.5 8@4.75");  // exactly the gate
+  const TrackSequence tracks = Standing("7@0.5 8@4.75");  // 7: at the gate
   const Share covered = EvaluateCoverage(truth, tracks);
   EXPECT_EQ(covered.count, 1);
   EXPECT_EQ(covered.total, 3);

@@ -118,7 +118,8 @@ TEST(PcpTest, MissingJointsMakePartsWrong) {
 
 TEST(PcpTest, TorsoEndsAtTheMiddleOfTheHips) {
   // The torso is 0.5 m long. One hip off by 1 moves the middle by 0.5, whose
-  // mean with a perfect head bottom is 0.25: the limit. Upper legs: 0.5.
+  // mean with a perfect head bottom is 0.25: the limit. The upper leg's mean is
+  // 0.5.
   EXPECT_EQ(Lost(Forward(2, 1.0)), Names{"r_upper_leg"});
   EXPECT_EQ(Lost(Forward(2, 1.0 + 0x1p-10)), (Names{"r_upper_leg", "torso"}));
 }

@@ -106,7 +106,8 @@ TEST(CheckWorldTest, ReportsThatNoAxesOrUnitsMatch) {
   TrackSequence nobody = Walkers();
   for (TrackFrame& frame : nobody.frames) frame.people.clear();
   EXPECT_THAT(Check(Walkers(), nobody).Text(), HasSubstr("people in both"));
-  // One of the two people is not sufficient evidence for another world.
+  // That one of the two people is not found is not sufficient evidence for
+  // another world.
   TrackSequence one = elsewhere;
   for (size_t f = 0; f < one.frames.size(); ++f) {
     one.frames[f].people[0] = Walkers().frames[f].people[0];

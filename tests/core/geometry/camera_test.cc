@@ -151,7 +151,7 @@ TEST(CameraTest, RaysPassThroughProjectedPoints) {
   CameraParameters p;
   p.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
   const Camera camera(p);
-  // The ray along z; a point 3 to the side and 4 up, anywhere along it.
+  // The ray along z; a point 3 to the side and 4 down, at any depth.
   EXPECT_NEAR(DistanceToRay(camera, {320, 240}, {3, 4, 7}), 5.0, 1e-12);
   EXPECT_NEAR(DistanceToRay(camera, {320, 240}, {3, 4, -7}), 5.0, 1e-12);
 }

@@ -453,8 +453,7 @@ TEST(BrokenFiles, HeldOutSets) {
   }
 }
 
-// Python writes NaN into JSON, JavaScript null; NaN within texts is not
-// changed.
+// Python writes NaN and Infinity into JSON, JavaScript null.
 TEST(NotANumber, IsAMissingJoint) {
   const TemporaryFolder folder;
   const auto found = [&](const std::string& content, const std::string& what,

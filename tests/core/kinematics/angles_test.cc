@@ -198,7 +198,7 @@ TEST(JointAngles, UndefinedAnglesAreMissing) {
   person = PosedPerson();
   person.Put("l_knee", person.At("l_hip"));
   ExpectNone(person, {"l_knee_flexion", "l_hip_flexion"});
-  // With the thigh along the axis of flexion, flexion is undefined.
+  // With the thigh nearly along the axis of flexion, flexion is undefined.
   person = Turned({"l_hip", "l_knee"}, 85, kX);
   ExpectNone(person, {"l_hip_flexion"});
   ExpectAngles(person, {{"l_hip_adduction", -85}});
@@ -301,7 +301,8 @@ TEST(JointAngleIntervals, SpreadMatchesSampling) {
   }
 }
 
-// At a straight limb the angle can only grow: the interval must still cover it.
+// The angle of a straight limb can only grow, that of a folded one only shrink:
+// the interval must still cover it.
 TEST(JointAngleIntervals, CoverStraightLimbs) {
   Random random(8);
   for (const double bend_deg : {0.0, 1.0, 2.0, 3.0, 5.0, 8.0}) {

@@ -11,8 +11,8 @@ namespace {
 
 class InitialisationTest : public ::testing::Test {
  protected:
-  // Observations of the given people in the first `views` views, in shuffled
-  // order per view.
+  // Observations of the given people in the first `views` views, in an order
+  // that varies between the views.
   std::vector<ObservationGroup> See(const std::vector<Pose3d>& people,
                                     size_t views = 4) {
     seen_.clear();

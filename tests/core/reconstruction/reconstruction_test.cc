@@ -275,7 +275,7 @@ TEST_F(JointsFilterTest, ThePredictionDecidesEvenAgainstTheMajority) {
 
 TEST_F(JointsFilterTest, TiesRemoveSecondRayWithPredictionElseFirst) {
   // Rays from one camera position cannot conflict, so the tie is made by
-  // symmetry: the prediction is midway between two crossing rays.
+  // symmetry: the prediction is midway between two skew rays.
   StandInARow({-0.5, 0.5});
   const std::vector<JointRay> rays = {{0, {320, 290}}, {1, {320, 190}}};
   const Eigen::Vector3d midway(0, 0, 4);

@@ -288,7 +288,7 @@ TEST(Noise, KindsOfNoiseDoNotDisturbEachOther) {
   EXPECT_GT(wrong, 0);
 }
 
-// Errors of each (person, view, joint) over time; NaN where not found.
+// Errors of each (person, view, joint) in the frames where it is found.
 using Series = std::map<std::array<int, 3>, std::vector<Vector2d>>;
 
 Series ErrorSeries(const Scene& scene, const NoiseOptions& options) {

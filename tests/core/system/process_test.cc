@@ -11,7 +11,7 @@
 namespace kinegraph {
 namespace {
 
-// Runs a script whose output is discarded.
+// Runs a shell script without input for at most `most_ms`.
 ProcessEnd EndOf(const std::string& script, int most_ms, bool* was_ended) {
   RunningProgram program({"/bin/sh", "-c", script}, -1, kStandardOutput,
                          kStandardError);

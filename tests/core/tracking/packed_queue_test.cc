@@ -96,7 +96,7 @@ TEST(PackedQueue, KeepsAllOfAPoseExceptTheIdentity) {
   Eigen::Matrix3d symmetric;
   symmetric << 1.1, 0.2, 0.3, 0.2, 2.2, 0.4, 0.3, 0.4, 3.3;
   Eigen::Matrix3d rounded = symmetric;
-  rounded(2, 1) += 1e-16;  // by one bit
+  rounded(2, 1) += 1e-16;  // in the last bits
   pose.covariances = {symmetric, std::nullopt, rounded};
   pose.matches = {{2, 11, {}}, {0, 4, {0.3, std::nullopt, 1.0}}};
   PackedPoses packed;

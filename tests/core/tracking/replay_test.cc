@@ -14,9 +14,9 @@
 namespace kinegraph {
 namespace {
 
-// A crowd with gaps, outliers, swaps and people who come and go, so that tracks
-// are born, lost, bridged and dropped before they are confirmed; with the
-// output and the matches of a tracker.
+// A crowd with gaps, outliers, false people and people who come and go, so that
+// tracks are born, lost, bridged and dropped before they are confirmed; with
+// the output and the matches of a tracker.
 struct FrozenRecording {
   SceneModel scene;
   DetectionSequence detections;

@@ -42,7 +42,7 @@ struct PlainOptions {
     tracker.reconstruction.joints_filter = false;
     tracker.initialisation.alpha_filter_px = 1e6;
     // People are followed from the last pose: 3 m/s at 4 m depth are 24 px per
-    // frame, plus 4 px of noise.
+    // frame.
     tracker.association.alpha_2d_px_per_frame = 100.0;
   }
 };

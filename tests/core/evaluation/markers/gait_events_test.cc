@@ -45,7 +45,8 @@ std::vector<Pose3d> Walking() {
   return poses;
 }
 
-// Checks the times of the events of such a walk.
+// Checks the times of the events of such a walk and returns the number of
+// contacts of the left foot.
 int LeftContacts(const FootEvents& found) {
   EXPECT_TRUE(found.is_walk);
   int left_contacts = 0;

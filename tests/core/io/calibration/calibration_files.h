@@ -66,7 +66,8 @@ inline void ExpectIntrinsics(const Camera& camera, const std::string& name,
             K);
 }
 
-// `tolerance` is relative to the largest element of K and R, and to 1 + |t|.
+// `tolerance` is relative to the largest element of K and to 1 + |t|, and
+// absolute for R.
 inline void ExpectSameCameras(const CameraRig& a, const CameraRig& b,
                               double tolerance) {
   ASSERT_EQ(a.size(), b.size());

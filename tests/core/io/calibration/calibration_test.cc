@@ -340,7 +340,7 @@ Eigen::Matrix3d RandomRotation(Random* random) {
   return q.normalized().toRotationMatrix();
 }
 
-// P = s K [R | t] with a negative scale and a skewed K.
+// P = s K [R | t] with a positive or negative scale s and a skewed K.
 TEST(Calibration, ProjectionMatricesOfAnySignAndScale) {
   Random random(3);
   for (const double scale : {1.0, -1.0, -3e-4, 250.0}) {

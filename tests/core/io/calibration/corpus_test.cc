@@ -1,6 +1,6 @@
-// One small valid file of each format, and variants: broken files must result
-// in a one-line InputError that names file and problem, the lens is read under
-// any of its names, and unknown keys are rejected.
+// One small valid file of each of nine formats, and variants: broken files must
+// result in a one-line InputError that names file and problem, the lens is read
+// under any of its names, and unknown keys are rejected.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

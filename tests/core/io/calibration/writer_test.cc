@@ -27,7 +27,7 @@ using testing::TemporaryFolder;
 
 enum class WithLens { kNo, kYes };
 
-// Cameras around a point, with numbers of full precision.
+// Twelve cameras with random parameters of full precision.
 CameraRig RigWith(WithLens with_lens) {
   Random random(3);
   CameraRig cameras;

@@ -39,7 +39,7 @@ SkeletonFit FitTo(const Skeleton& truth,
 
 TEST(SkeletonFitTest, DistinguishesBody25FromBody25B) {
   // The bones of these people have about the same lengths in both layouts
-  // (within 15 %), but left and right are equal only in the right layout.
+  // (within 15 %), but left and right are equal only in the correct layout.
   const SkeletonFit fit = FitTo(Body25B(), {&Body25(), &Body25B()});
   EXPECT_EQ(fit.Best(), 1u);
   EXPECT_LT(fit.SideDifference(1), 0.1);
@@ -73,7 +73,7 @@ TEST(SkeletonFitTest, Body25IsKept) {
   EXPECT_FALSE(fit.Implausible(0));
 }
 
-// The right layout of every detector is plausible, so there are no false
+// The correct layout of every detector is plausible, so there are no false
 // warnings.
 TEST(SkeletonFitTest, NoBuiltInLayoutLooksImplausible) {
   for (const Skeleton* truth : {&Coco17(), &Coco18(), &Body25(), &Body25B(),

@@ -142,7 +142,7 @@ TEST(FreeMoCap, ErrorsNameTheFault) {
                options);
 }
 
-// FreeMoCap's 3D output: the same points as a table and as an array.
+// FreeMoCap's 3D output, as a table and as an array.
 TEST(FreeMoCap, PointsIn3dAreTracks) {
   const TemporaryFolder folder;
   const std::string table =

@@ -732,7 +732,8 @@ TEST_F(TracksC3d, WritesMoreFramesThanAWordCanCount) {
     }
     EXPECT_EQ(named, 3);
     EXPECT_EQ(ReadTracks(path).frames.size(), count);
-    // The count follows from each of the conventions alone, and from the size.
+    // The count is found without TRIAL, and also without LONG_FRAMES (then from
+    // the size of the file).
     for (const char* gone : {"TRIAL", "LONG_FRAMES"}) {
       const size_t at = bytes.find(gone);
       if (at == std::string::npos) continue;

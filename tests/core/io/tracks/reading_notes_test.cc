@@ -115,7 +115,7 @@ TEST(ReadingNotes, LyingAndHandstandAreNotRotatedWorlds) {
 }
 
 TEST(ReadingNotes, CamerasMustAgree) {
-  // Cameras whose image rows run along the world's -z, and along its y.
+  // Cameras whose downward image axis is the world's -z, and the world's y.
   CameraParameters parameters;
   parameters.name = "a";
   parameters.K << 900, 0, 640, 0, 900, 360, 0, 0, 1;

@@ -102,8 +102,8 @@ inline JointTree TreeOf(const Skeleton& skeleton) {
                        /*pivots=*/false);
 }
 
-// A rotation that oscillates over frames by up to 60 degrees, about a separate
-// axis for each joint.
+// A rotation that oscillates over frames by up to 1 rad, about a separate axis
+// for each joint.
 inline Eigen::Quaterniond Swing(size_t joint, int64_t frame) {
   const double phase = 1.7 * static_cast<double>(joint);
   const Eigen::Vector3d axis(std::sin(phase), std::cos(2.3 * phase),

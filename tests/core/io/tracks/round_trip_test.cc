@@ -36,7 +36,7 @@ struct Case {
   const Skeleton* skeleton;  // that a reader recognises
   bool keeps_status = false;
   bool keeps_empty_frames = true;
-  // Positions are in centimetres: a change of unit is two roundings.
+  // Relative error of positions: a change of unit is two roundings.
   double tolerance = 0.0;
 };
 

@@ -153,7 +153,7 @@ std::vector<Bone> Bones(const std::vector<int>& ends) {
   return bones;
 }
 
-// A mouse as in SLEAP's projects, and a fly whose bones all start at one joint.
+// A mouse as in SLEAP's projects, and a fly with six bones from the thorax.
 const std::vector<Skeleton>& Animals() {
   static const std::vector<Skeleton> kAnimals = {
       Skeleton("mouse",
