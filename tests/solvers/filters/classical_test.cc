@@ -375,7 +375,7 @@ TEST(OwnRateTest, PenalisedCurvesUseTheRateOfTheirSegment) {
                        FilterAt(20.0, WhittakerFilter(options, 20.0))),
               1e-9);
   }
-  // A cut-off above half the segment's rate smooths hardly.
+  // A cut-off above half the segment's rate hardly smooths.
   options.smoothness.choice = CutoffChoice::kFixed;
   options.smoothness.cutoff_hz = 20.0;
   EXPECT_LT(Greatest(FilterAt(20.0, WhittakerFilter(options, 60.0)) -
