@@ -163,7 +163,7 @@ TEST_F(BatchEstimatorTest, ShortGapIsBridgedInEveryFrame) {
   }
 }
 
-// A view's ray intersects the sphere of a bone twice.
+// A bone leaves a joint seen by one view two possible positions on its ray.
 TEST_F(BatchEstimatorTest, OneViewAndABoneDoNotKeepTheCovarianceSmall) {
   constexpr size_t kWrist = 2;
   constexpr size_t kLost = 20;

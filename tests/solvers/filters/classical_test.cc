@@ -365,7 +365,7 @@ double Greatest(const Samples& difference) {
   return difference.cwiseAbs().maxCoeff();
 }
 
-// A detector that sees every third frame of 60 Hz.
+// A detector that runs on every third frame of a recording at 60 Hz.
 TEST(OwnRateTest, PenalisedCurvesUseTheRateOfTheirSegment) {
   WhittakerOptions options;
   for (const CutoffChoice choice :

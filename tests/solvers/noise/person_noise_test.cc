@@ -232,7 +232,7 @@ TEST_F(PersonNoiseTest, ReversedRecordingHasTheReversedProcessNoise) {
   }
 }
 
-// As in UTM coordinates.
+// The origin is far away, as in UTM coordinates.
 TEST_F(PersonNoiseTest, ProcessNoiseDoesNotDependOnTheOriginOfTheWorld) {
   const std::vector<std::vector<State>> truth =
       testing::WalkingMotion(scene_, 300);
