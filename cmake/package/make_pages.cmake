@@ -43,7 +43,7 @@ ${body}
 ")
   string(REGEX MATCHALL "\n  --[a-z_]+" flags "${help}")
   string(REGEX REPLACE "\n  " "" flags "${flags}")
-  # The help must begin with two examples, with existing flags.
+  # The help must contain two examples, with existing flags.
   string(REGEX MATCHALL "\n  kinegraph ${command}[^\n]*" examples "${help}")
   string(REGEX MATCHALL "--[a-z_]+" used "${examples}")
   list(LENGTH examples count)

@@ -1,9 +1,10 @@
-"""Writes a small file of every format that an adapter reads, with the libraries
-that usually write this format: samples.py FOLDER
+"""Writes small files of formats that adapters read, with the libraries that usually
+write them: samples.py FOLDER
 
-Point n of animal t in frame f of view v is at x = 1 + 100 v + 10 t + n + f / 8,
-y = 2 x (never at (0, 0), which means missing); its score is 1 / (1 + n). Animal 1
-appears in frame 2, and node 1 of SLEAP's track 0 is missing in frame 3.
+In files of SLEAP and DeepLabCut, point n of animal t in frame f of view v is at
+x = 1 + 100 v + 10 t + n + f / 8, y = 2 x (never at (0, 0), which means missing); its
+score is 1 / (1 + n). Animal 1 appears in frame 2, and node 1 of SLEAP's track 0 is
+missing in frame 3.
 """
 
 import json

@@ -49,7 +49,8 @@ class InputFile : public TemporaryPath {
 };
 
 // A folder with the files that the bytes list: each begins with a line
-// "=== NAME". Files whose name leads outside the folder are ignored.
+// "=== NAME". Files whose name might lead outside the folder, is longer than 79
+// bytes or has unusual characters are ignored.
 class InputFolder : public TemporaryPath {
  public:
   static constexpr const char* kFileMark = "=== ";

@@ -61,7 +61,8 @@ TEST_P(ReplayTest, EveryGoodInputIsRead) {
       refused += seed.substr(0, 80) + "\n";
     }
   }
-  // Formats recognised only by file name are excluded.
+  // These targets recognise formats by content, so they reject seeds of formats
+  // that are recognised only by file name.
   static const std::set<std::string> kByContent = {
       "detections", "tracks", "rewritten_detections", "rewritten_tracks"};
   const bool by_content = kByContent.count(GetParam()) > 0;

@@ -18,7 +18,7 @@ import sys
 
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else (
     "build/fuzz/tests/fuzz/fuzz_targets")
-# Inputs that take longer (wall time) count as hangs: scenes need some seconds
+# Inputs that take longer (wall time) count as hangs: scenes need a few seconds
 # of processor time, on a busy machine four times as many.
 LIMITS_S = {"scene": 60}
 SECONDS = int(sys.argv[2]) if len(sys.argv) > 2 else 600

@@ -1,4 +1,4 @@
-"""Compares the module with the commands: results are identical bit by bit, and bad
+"""Compares the module with the commands: results are identical bit for bit, and bad
 input gives the same one-line message."""
 
 import ast
@@ -93,7 +93,7 @@ class Module(unittest.TestCase):
         self.assertEqual(kg.config_path(DEMO), DEMO)
 
     def test_cameras_are_refined_as_the_command_refines_them(self):
-        # Refinement recovers a principal point that is 12 px off.
+        # One principal point is 12 px off, and refinement changes it.
         path = os.path.join(self.take, "shifted.json")
         with open(self.in_take("cameras.json")) as file:
             stated = json.load(file)
@@ -144,7 +144,7 @@ class Module(unittest.TestCase):
             kg.kinematics(tracks, up="w")
 
     def assert_as_convert(self, source, own, *flags):
-        """`own` has the bytes that the command writes; a TRC has its name."""
+        """`own` has the command's bytes, except for the name inside a TRC."""
         out = self.in_folder("new/command" + os.path.splitext(own)[1])
         told = run("convert", "--in=" + self.in_take(source), "--out=" + out, *flags)
         with open(own, "rb") as a, open(out, "rb") as b:

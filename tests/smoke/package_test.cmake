@@ -1,4 +1,5 @@
-# The manual pages and the completion name every command and its flags.
+# Checks that manual pages exist, and that the page and the completion of `track` name
+# its main flags.
 file(GLOB pages ${PAGES}/kinegraph-*.1)
 list(LENGTH pages count)
 if(count LESS 8)

@@ -70,11 +70,11 @@ class Browser {
   // The viewport as a PNG file.
   void SaveScreenshot(const std::string& path);
 
-  // Console errors and failed assertions, uncaught exceptions, violated
-  // security policies. Chromium's messages on software rendering are warnings
-  // and excluded.
+  // Since the last Open(): console errors, failed assertions, uncaught
+  // exceptions and violated security policies. Chromium's messages on software
+  // rendering are warnings and excluded.
   const std::vector<std::string>& problems() const { return problems_; }
-  // All requested URLs.
+  // All URLs requested since the last Open().
   const std::vector<std::string>& requests() const { return requests_; }
 
  private:

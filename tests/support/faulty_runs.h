@@ -1,4 +1,4 @@
-// Runs commands under faults: a full disk, a signal, a symbolic link.
+// Runs commands on a full disk, with signals and with named pipes.
 #ifndef KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
 #define KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
 

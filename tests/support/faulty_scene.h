@@ -42,8 +42,8 @@ struct FaultySceneOptions {
   // interchangeable.
   double arc_deg = 290.0;
   // Tracks files whose people replace simulated ones, each with a position and
-  // rotation drawn from `seed`, and the times of their first frames (0 if not
-  // given).
+  // rotation drawn from `seed`, and the times [s] at which they appear (0 if
+  // not given).
   std::vector<std::string> clips;
   std::vector<double> clip_start_s;
 };
@@ -59,7 +59,7 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options);
 
 // Adds persistent detector biases: one per person, joint and view, drawn from
 // `seed` (log-normal, median 10 mm, 90th percentile 35 mm) times `scale`, at
-// the person's depth. Real detectors have such biases (docs/doctor.md).
+// the joint's depth. Real detectors have such biases (docs/doctor.md).
 void AddLastingOffsets(uint64_t seed, double scale, FaultyScene* scene);
 
 // `camera` rotated by `degrees` about a direction drawn from `seed`.
@@ -87,7 +87,7 @@ void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
 
 // Runs the doctor with default options, like the command.
 Diagnosis DiagnoseScene(const FaultyScene& scene);
-// The tracker's matches with scene.cameras.
+// The tracker's matches with scene.cameras, in paper mode.
 FrozenMatches MatchesOf(const FaultyScene& scene);
 
 // Angle [degrees] by which the rotations of two cameras differ.

@@ -20,8 +20,8 @@ using AnnotatedActors = std::vector<std::map<int64_t, Pose3d>>;
 std::string ActorsGroundTruth(const AnnotatedActors& actors,
                               int64_t frame_count);
 
-// Parts of such a file: an array of any class with its content; a matrix of one
-// value; a cell array; the file around them.
+// Parts of such a file: an array of any class with its content; a matrix whose
+// entries are all `value`; a cell array; the file around them.
 std::string MatArray(uint32_t array_class, int32_t rows, int32_t columns,
                      const std::string& name, const std::string& content);
 std::string MatNumbers(int32_t rows, int32_t columns, double value);

@@ -15,8 +15,8 @@ namespace kinegraph::testing {
 
 inline constexpr double kMovingRateHz = 25.0;
 
-// Person `who` in COCO-17, within 1.5 m of the origin. Motions differ between
-// people and do not repeat within a minute.
+// Person `who` in COCO-17, centred within 1.4 m of the z axis. Motions differ
+// between people and do not repeat within a minute.
 inline Pose3d MovingPerson(int who, double frame) {
   const double t = frame / kMovingRateHz;
   Pose3d pose = StandingPerson(0.0, 0.0);

@@ -37,7 +37,7 @@ struct SimulatedNoise {
   double missing = 0.0;          // probability of a joint not being found
   double outliers = 0.0;         // share of gross outliers
   int outlier_burst = 1;         // duration of an outlier [frames]
-  double outlier_low_px = 30.0;  // its size; its direction is constant
+  double outlier_low_px = 30.0;  // its size; the offset is constant
   double outlier_high_px = 200.0;
   double confidence_low = 1.0;  // uniform between these
   double confidence_high = 1.0;
@@ -65,8 +65,8 @@ std::vector<std::vector<State>> MotionFromPrior(const SceneModel& scene,
                                                 int frame_count,
                                                 Random* random);
 
-// A rigid body that walks a circle of 1 m at 1 m/s and bounces: bone lengths
-// are constant. By joint and frame.
+// A rigid body that walks on a circle with a radius of 1 m at 1 m/s and
+// bounces: bone lengths are constant. By joint and frame.
 std::vector<std::vector<State>> WalkingMotion(const SceneModel& scene,
                                               int frame_count);
 

@@ -163,7 +163,7 @@ TEST_F(BatchEstimatorTest, ShortGapIsBridgedInEveryFrame) {
   }
 }
 
-// A view's ray intersects the sphere of a bone twice.
+// A bone leaves a joint seen by one view two possible positions on its ray.
 TEST_F(BatchEstimatorTest, OneViewAndABoneDoNotKeepTheCovarianceSmall) {
   constexpr size_t kWrist = 2;
   constexpr size_t kLost = 20;
@@ -193,7 +193,8 @@ TEST_F(BatchEstimatorTest, OneViewAndABoneDoNotKeepTheCovarianceSmall) {
             0.5 * sigma_m(held, kLost + 10));
 }
 
-// Window and batch: joints are dropped by their covariance, written or not.
+// Window and batch drop joints of large covariance even if covariances are not
+// requested.
 TEST_F(BatchEstimatorTest, OmittingCovariancesLeavesJointsUnchanged) {
   constexpr size_t kWrist = 2;
   SimulatedRecording recording = Simulate(200, SimulatedNoise());

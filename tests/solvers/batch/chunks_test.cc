@@ -90,7 +90,7 @@ TEST_F(ChunksTest, OverlapExtendsBeyondFramesOfOneView) {
     }
     return count;
   };
-  // A border between two chunks is in the middle of the stretch.
+  // A border between two chunks is in the middle of the frames of one view.
   const std::vector<Chunk> chunks = MakeChunks(problem, 7.0);
   ASSERT_GT(chunks.size(), 1u);
   ASSERT_GT(chunks[1].own_begin, 178u);
@@ -146,7 +146,8 @@ TEST_F(ChunksTest, CovariancesMatchASolveOfTheWholeRecording) {
     ASSERT_EQ(covariances[1][j].size(), 750u);
     for (size_t k = 0; k < 750; ++k) {
       const Matrix6d& whole = covariances[0][j][k];
-      // After a gap of two seconds, half a second determines the joint.
+      // Skips the gap of two seconds: beyond it, the overlap contains only half
+      // a second of observations.
       if (CountInliers(solved.joints[j], k, options_.inlier_weight) < 2) {
         continue;
       }

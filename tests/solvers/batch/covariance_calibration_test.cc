@@ -135,8 +135,8 @@ Consistency Measure(bool batch, const GraphOptions& options,
 class Defaults : public ::testing::TestWithParam<bool> {};
 
 // Two cases: the default loss with white noise, where J'WJ alone underestimates
-// the information and the correction compensates; and all defaults with
-// realistic detections.
+// the information and the correction compensates; and the default
+// options, except for fixed noise, with realistic detections.
 TEST_P(Defaults, NeesAndCoverage) {
   GraphOptions white = testing::FixedNoise();
   white.correlation_time_s = 0.0;

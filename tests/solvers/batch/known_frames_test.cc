@@ -74,8 +74,8 @@ class KnownFramesTest : public ::testing::Test {
 TEST_F(KnownFramesTest, UnchangedMatchesAreNotSolvedAgain) {
   const Run alone = Pass(recording_.frames, nullptr);
   EXPECT_GT(alone.counts.solves, 0);
-  // The tracker passes views in the order of their first match, which is
-  // irrelevant.
+  // The order of views, which the tracker passes by their first match, does not
+  // matter.
   std::vector<EstimatorFrame> turned = recording_.frames;
   for (EstimatorFrame& frame : turned) {
     std::reverse(frame.views.begin(), frame.views.end());

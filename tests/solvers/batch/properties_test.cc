@@ -1,7 +1,7 @@
-// Invariances: the world's origin, the unit of length, the numbering of
-// cameras, detections and people, a camera without detections, the direction of
-// time. The matches of one run are frozen, and the batch estimator with its
-// default options is run on them.
+// Properties of the batch estimator: invariance to the world's pose, the unit
+// of length, the order of cameras and the direction of time; less uncertainty
+// with a duplicated camera. The matches of one run are frozen. Options are the
+// defaults except for stricter convergence and, where needed, fixed noise.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -302,9 +302,9 @@ Estimate EstimateBackwards(const World& world,
 
 TEST_P(PropertiesTest, ReversedTimeGivesTheReversedMotion) {
   // The motion's noise is learnt by filters that run forward
-  // (solvers/noise/motion_level.h): it differs by some per cent between the two
-  // directions, and a sigma with an error of 5 % moves a joint by 5 % of its
-  // deviation of 10 to 20 mm from the prediction.
+  // (solvers/noise/motion_level.h): it differs by a few per cent between the
+  // two directions, and a sigma with an error of 5 % moves a joint by 5 % of
+  // its deviation of 10 to 20 mm from the prediction.
   constexpr double kMotionLearntBackwardsMetres = 1e-3;
   EXPECT_LT(FarthestJoint(estimate_, EstimateBackwards(world_, GraphMode())),
             kMotionLearntBackwardsMetres);

@@ -96,7 +96,7 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
   return information.inverse();
 }
 
-// Some cameras capture a little late.
+// Each camera captures 2 ms later than the previous one.
 class ChainSolverTest : public testing::SolverProblemTest {
  protected:
   void Make(int cameras, int frames, const SimulatedNoise& noise) {
@@ -171,7 +171,7 @@ TEST_F(ChainSolverTest, HasFullRankWithOneViewOrNone) {
     const auto covariances = CovariancesOf(problem_, chain, 1.0);
     ExpectBlocksOf(dense, 0, 1, covariances, 1e-7);
     if (views == 0) {
-      // Birth alone: sigma^2 + (3 m/s * t)^2 + q t^3 / 3 along each axis.
+      // Birth and motion: sigma^2 + (3 m/s * t)^2 + q t^3 / 3 along each axis.
       const double t = ToSeconds(problem_.times.back());
       EXPECT_NEAR(covariances.back()(0, 0),
                   1.0 + 9.0 * t * t + chain.process_noise[0] * t * t * t / 3.0,

@@ -238,8 +238,8 @@ TEST(Bundle, PersistentOffsetsHardlyBiasCameras) {
   EXPECT_LT(std::abs(mean), 5.0 * sigma);
 }
 
-// Allocates many small blocks of memory and frees every second one in random
-// order, so that the heap reuses them in random order.
+// Allocates many small blocks of memory and frees about a third of them in
+// random order, so that the heap reuses them in random order.
 std::vector<std::vector<char>> ShuffledHeap() {
   std::vector<std::vector<char>> pieces;
   for (size_t i = 0; i < 40000; ++i) pieces.emplace_back(16 + 16 * (i / 2 % 8));

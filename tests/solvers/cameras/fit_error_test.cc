@@ -201,7 +201,7 @@ TEST(CompareFitsTest, ConstantGainHasAnExactInterval) {
     const FitGain gain = of(view);
     EXPECT_DOUBLE_EQ(gain.before_px, 6.0);
     EXPECT_DOUBLE_EQ(gain.after_px, 6.0 - gain_px);
-    // Sums of 400 products have rounding errors of 1e-13.
+    // Means of a few dozen terms have rounding errors of less than 1e-13.
     EXPECT_NEAR(gain.low_px, gain_px, 1e-12);
     EXPECT_NEAR(gain.high_px, gain_px, 1e-12);
     EXPECT_NEAR(gain.share(), gain_px / 6.0, 1e-12);

@@ -155,7 +155,8 @@ TEST(SegmentResidual, JacobiansMatchNumericDerivatives) {
   }
 }
 
-// The weight of the Cauchy loss with a scale of two sigmas is 1 / (1 + s / 4).
+// The weight of the Cauchy loss with a scale of two sigmas is 1 / (1 + s / 4),
+// where s is the squared residual.
 TEST(SegmentTerms, HaveLossWeights) {
   const CameraRig cameras = testing::RingOfCameras(2);
   MotionSegment segment = SegmentOf(cameras, Falling());

@@ -37,7 +37,7 @@ struct FloorContact {
   double height_m;
 };
 
-// The named joint rests in frames first .. last; a large `frames_back` must be
+// The named joint rests in frames first .. last; `frames_back` above 1 must be
 // rejected.
 UserFactorSource Resting(const std::string& joint, int64_t first, int64_t last,
                          double height_m, int frames_back = 0) {

@@ -365,7 +365,7 @@ double Greatest(const Samples& difference) {
   return difference.cwiseAbs().maxCoeff();
 }
 
-// A detector that sees every third frame of 60 Hz.
+// A detector that runs on every third frame of a recording at 60 Hz.
 TEST(OwnRateTest, PenalisedCurvesUseTheRateOfTheirSegment) {
   WhittakerOptions options;
   for (const CutoffChoice choice :
@@ -375,7 +375,7 @@ TEST(OwnRateTest, PenalisedCurvesUseTheRateOfTheirSegment) {
                        FilterAt(20.0, WhittakerFilter(options, 20.0))),
               1e-9);
   }
-  // A cut-off above half the segment's rate smooths hardly.
+  // A cut-off above half the segment's rate hardly smooths.
   options.smoothness.choice = CutoffChoice::kFixed;
   options.smoothness.cutoff_hz = 20.0;
   EXPECT_LT(Greatest(FilterAt(20.0, WhittakerFilter(options, 60.0)) -

@@ -225,8 +225,8 @@ TEST_P(EveryStrategyTest, OnlyCausalStrategiesIgnoreLaterFrames) {
 }
 
 TEST_P(EveryStrategyTest, IsNearTheTruth) {
-  // Median and Gaussian flatten the bounce of 3 cm; causal filters lag by some
-  // hundredths of a second at 1 m/s.
+  // Median and Gaussian flatten the bounce of 3 cm; causal filters lag by a
+  // few hundredths of a second at 1 m/s.
   const testing::SimulatedRecording recording = Walk(0.0);
   EXPECT_LT(
       testing::RootMeanSquare(recording.truth, Estimate(recording.frames)),

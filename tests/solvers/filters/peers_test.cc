@@ -162,9 +162,9 @@ TEST_F(PeersTest, RtsIsCloseToKalmanOfPose2Sim) {
   // Pose2Sim's trust ratio of 500 [1/s^2] is the standard deviation of a step
   // of acceleration divided by that of a measurement, r. White noise on jerk
   // with the same variance per frame has the power (500 r)^2 / dt. Results with
-  // the two kinds of noise differ by some micrometres (median 3.5, at most
-  // 170), and by 8 mm at the start, where Pose2Sim assumes a velocity in metres
-  // per frame.
+  // the two kinds of noise differ by a few micrometres (median 3.5, at
+  // most 170), and by 8 mm at the start, where Pose2Sim assumes a velocity in
+  // metres per frame.
   const double sigma_m = 0.02;
   PointModel model;
   model.derivatives = 3;

@@ -56,7 +56,8 @@ def frames(times):
 
 
 def differences(times, order):
-    """Rows: order! times the divided difference, by Newton's recursion."""
+    """Rows: order! times the divided difference, by Newton's recursion, times the root
+    of its mean interval."""
     x = frames(times)
     table = np.eye(len(x))
     for k in range(1, order + 1):

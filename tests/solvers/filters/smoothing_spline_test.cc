@@ -125,8 +125,7 @@ TEST(SmoothingSplineTest, IsLinearOutsideAndForLargeLambda) {
               1e-12);
   EXPECT_NEAR(outside(4, 0) - outside(3, 0), outside(5, 0) - outside(4, 0),
               1e-12);
-  // Without smoothing it interpolates; with infinite smoothing it is the
-  // regression line, which for a line is the line itself.
+  // With lambda 0 the spline interpolates; a line is unchanged by any lambda.
   EXPECT_LT((SmoothingSpline(0.0, times_s, values, times_s) - values).norm(),
             1e-12);
   Samples line(30, 1);

@@ -225,8 +225,7 @@ TEST(DropUnsureJoints, KeepsAWholeBodyOfUncertainDepth) {
   EXPECT_TRUE(body.Missing().empty());
 }
 
-// Joints that two views never observed together are judged by the body's
-// longest bone.
+// Joints without a bone of known length are judged by the body's longest bone.
 TEST(DropUnsureJoints, UsesTheLongestBoneWhereABoneIsUnmeasured) {
   TrunkAndLeg body;
   body.MakeUnsure(body.kAnkle, 3.0);

@@ -33,7 +33,8 @@ PixelMeasurement Seen(const Camera* camera, double x_px, double offset_s) {
 }
 
 // Three frames of two joints 5 m before a camera. Joint 0 moves along x by 1
-// m/s; joint 1 rests 1 m from its prior and has 1 m/s in the last frame.
+// m/s, 1 m from its prior; joint 1 rests at its prior, 1 m from the body's
+// centre, and has a velocity of 1 m/s in the last frame.
 PersonProblem TwoJoints(const Camera* camera) {
   PersonProblem person;
   person.times = {FromSeconds(0.0), FromSeconds(0.1), FromSeconds(0.3)};

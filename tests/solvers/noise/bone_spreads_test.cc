@@ -246,7 +246,7 @@ TEST(BoneSpreads, ConstantErrorsIncreaseTheLengthSigma) {
   // this variance remains.
   spreads.SetLasting({0.25, 0.2}, kFrame_s);
   EXPECT_NEAR(spreads.Estimate(0)->length_sigma_m, 0.001, 0.0001);
-  // A correlation time too short to matter compared with the deviations.
+  // With so short a correlation time, the deviations alone determine the sigma.
   spreads.SetLasting({0.25, 0.001}, kFrame_s);
   EXPECT_EQ(spreads.Estimate(0)->length_sigma_m, averaged_m);
 }
@@ -292,7 +292,7 @@ TEST(BoneSpreads, BonesWithoutAPriorNeedObservations) {
   EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
 }
 
-// As long as a two-joint subject in the scale of a run.
+// In the scale of a run, a subject of two joints has a length of 1.7 m.
 TEST(BoneLengths, LongBoneIsKnown) {
   BoneLengths lengths(Skeleton("wand", {"top", "grip"}, {{0, 1}}));
   lengths.Add(0, 1.7, 2.0);

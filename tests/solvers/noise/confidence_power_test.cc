@@ -62,9 +62,9 @@ class ConfidencePowerTest
 
 // 400 joints in four views have five residual degrees of freedom each. A change
 // dp of the power changes each view's sigma by the factor exp(-dp (ln c -
-// mean)), whose exponent has a standard deviation of 0.56 dp for confidences
+// mean)), whose exponent has a standard deviation of 0.59 dp for confidences
 // uniform in 0.1 to 1. The standard deviation of the power is about 1 / sqrt(2
-// * 400 * 0.56^2) = 0.06, less than half a step of the candidate powers (0.25,
+// * 400 * 0.59^2) = 0.06, less than half a step of the candidate powers (0.25,
 // then 0.5).
 TEST_P(ConfidencePowerTest, IsEstimatedFromTheErrors) {
   SimulatedJoints simulated;

@@ -162,8 +162,8 @@ TEST_F(PersonNoiseTest, DetectsUninformativeConfidences) {
   }
 }
 
-// After a long rest a joint is accelerated by 50 m/s^2 for 0.1 s, then coasts
-// and is stopped in the same way. All four views agree at all times.
+// After a long rest all joints are accelerated by 50 m/s^2 for 0.1 s, coast and
+// are stopped in the same way. All four views agree at all times.
 TEST_F(PersonNoiseTest, FollowsAgreeingViewsAfterALongRest) {
   constexpr int kFrames = 720;
   std::vector<std::vector<State>> truth(3);
@@ -232,7 +232,7 @@ TEST_F(PersonNoiseTest, ReversedRecordingHasTheReversedProcessNoise) {
   }
 }
 
-// As in UTM coordinates.
+// The origin is far away, as in UTM coordinates.
 TEST_F(PersonNoiseTest, ProcessNoiseDoesNotDependOnTheOriginOfTheWorld) {
   const std::vector<std::vector<State>> truth =
       testing::WalkingMotion(scene_, 300);

@@ -526,7 +526,7 @@ TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
   EXPECT_LE(found.rig.likely_right, 0.5);
 }
 
-// A detector that runs on every n-th frame.
+// A detector that runs on every second frame.
 TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
   const Scene scene = Walkers(20.0);
   NoiseOptions noise = Noise();

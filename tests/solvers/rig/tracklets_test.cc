@@ -259,8 +259,8 @@ std::vector<ViewTracklet> AfterAGap(int missing, double rate_hz) {
   return Followed(frames, rate_hz);
 }
 
-// The time between detections is 0.04 s times the number of missing frames plus
-// one. Exactly 0.4 s are bridged.
+// The time between detections is 0.04 s times one more than the number of
+// missing frames. Exactly 0.4 s are bridged.
 TEST(FollowInViews, GapsOfFourTenthsOfASecondAreBridged) {
   const auto bridged = AfterAGap(9, 25.0);
   ASSERT_EQ(bridged.size(), 1u);
@@ -432,7 +432,7 @@ TEST(MotionSignals, DifferentMotionsAreLessSimilar) {
   EXPECT_LT(signals.Compare(0, 1, 0).correlation, 0.5);
 }
 
-// All coordinates are multiples of 1/64, and shoulders and hips are symmetric
+// All coordinates are multiples of 1/4, and shoulders and hips are symmetric
 // about the centre, so nothing is rounded.
 TEST(MotionSignals, PersonAtRestHasNoSimilarity) {
   NormalisedJoints pose(2, 12);

@@ -119,7 +119,8 @@ TEST(CameraCheck, CoversTheWholeRecording) {
   EXPECT_LT(check.Views()[0].x_px, -30.0);
 }
 
-// Detections that are read again for the report have the file's own times.
+// Detections that are read again for the report have the times of the file,
+// which may stop or restart.
 TEST(CameraCheck, AClockThatStopsOrRestartsIsNoError) {
   FaultySceneOptions options = {36};
   options.duration_s = 80.0;  // 2000 frames

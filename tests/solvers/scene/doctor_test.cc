@@ -240,8 +240,8 @@ TEST(Doctor, OmittedLensTermsAreReported) {
     }
     ++named;
     EXPECT_GT(lens->confidence, 0.8) << DiagnosisWords(diagnosis);
-    // The corrected camera distorts towards the true one, and not beyond it:
-    // the second term is not fitted.
+    // The corrected camera distorts like the true one (-0.28), but only
+    // roughly: the second term is not fitted.
     ASSERT_NE(diagnosis.cameras[v].lens(), nullptr);
     EXPECT_LT(diagnosis.cameras[v].lens()->parameters()[0], -0.05);
     EXPECT_GT(diagnosis.cameras[v].lens()->parameters()[0], -0.35);
@@ -380,7 +380,7 @@ TEST(Doctor, CameraMovedDuringTheRecordingIsReported) {
   EXPECT_NE(turned.evidence.find("rotated by 1.0"), std::string::npos)
       << turned.evidence;
   ExpectNoneBut(diagnosis, name);
-  // The calibration is valid for the frames before it.
+  // The calibration is valid for the frames before the move.
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], scene.cameras[2]),
             0.05);
 }
@@ -399,7 +399,7 @@ TEST(Doctor, CameraMovedBeforeCalibrationIsReported) {
   EXPECT_NE(turned.fix.find("--frames=0:1"), std::string::npos) << turned.fix;
 }
 
-// No other built-in skeleton has as many joints. The stature follows from wrong
+// No other built-in skeleton has 33 joints. The stature follows from wrong
 // joints, so it is no reason to doubt the calibration.
 TEST(Doctor, ImplausibleSkeletonIsReportedFirst) {
   FaultySceneOptions options = {11};

@@ -59,7 +59,7 @@ TEST(Ground, TiltedWorldIsLevelled) {
   }
 }
 
-// At 2.5 Hz consecutive frames are longer apart than the usual interval over
+// At 2.5 Hz consecutive frames are farther apart than the usual interval over
 // which the speed of a foot is measured.
 TEST(Ground, LowFrameRatesSuffice) {
   SceneOptions options;

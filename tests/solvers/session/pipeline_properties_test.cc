@@ -1,5 +1,6 @@
-// Tests the whole pipeline in graph mode on random scenes: the result must not
-// depend on the world's origin or on the numbering of cameras and detections.
+// Tests the whole pipeline in graph mode on random scenes: people must not
+// depend on the world's pose, the order of cameras and detections, duplicate
+// detections or a camera without detections.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

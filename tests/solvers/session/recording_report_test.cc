@@ -73,7 +73,7 @@ TEST(RecordingReport, FaultlessRecordingsHaveStatisticsAndNoWarnings) {
       EXPECT_LT(camera.median_px, 7.0) << camera.view;
       EXPECT_GT(camera.p90_px, camera.median_px);
     }
-    // Statures are 1.72 m and their standard deviation is 9 cm; the synthetic
+    // Statures have a mean of 1.72 m and a deviation of 9 cm; the synthetic
     // body has the segment lengths of Drillis and Contini, as the report
     // assumes, except for the trunk.
     for (const PersonReport& person : report.people) {

@@ -70,7 +70,8 @@ inline size_t PoseCount(const TrackSequence& tracks) {
   return poses;
 }
 
-// All numbers of the tracks except times, frame by frame.
+// Frame numbers, identities, statuses, positions and traces of covariances,
+// frame by frame.
 inline std::vector<double> NumbersOf(const TrackSequence& tracks) {
   std::vector<double> numbers;
   for (const TrackFrame& frame : tracks.frames) {

@@ -103,8 +103,8 @@ TEST(RefineRecording, RefinedCamerasReduceErrorsAndCoverThem) {
       TrackSequenceOf(OptionsWith(""), request, scene.detections);
   const TrackSequence refined =
       TrackSequenceOf(OptionsWith(kBoth), request, scene.detections);
-  // Half a degree is 6 cm at 6.5 m, half of which remains with five cameras;
-  // less than a tenth of this remains after refinement.
+  // Half a degree is 6 cm at 6.5 m, half of which remains with five cameras.
+  // Refinement removes nine tenths of this, but not the detector's noise.
   EXPECT_LT(EvaluateMpjpe(truth, refined).raw_m,
             0.6 * EvaluateMpjpe(truth, stated).raw_m);
   // The uncertainty of the cameras enlarges the covariances, which then cover

@@ -228,8 +228,7 @@ TEST(WindowEstimator, HighFrameRatesShareSolves) {
   EXPECT_LT(testing::RootMeanSquare(recording.truth, finals, 24), 0.015);
 }
 
-// Solves keep to the time, not to the number of frames, where frames are
-// absent.
+// If frames are absent, solves follow the time, not the number of frames.
 TEST(WindowEstimator, AbsentFramesDoNotDelaySolves) {
   const SceneModel scene = MakeScene(240.0, false);
   GraphOptions options;
@@ -249,8 +248,8 @@ TEST(WindowEstimator, AbsentFramesDoNotDelaySolves) {
   }
 }
 
-// Views in every second frame, with one slip of the rhythm: solves, also of
-// every second frame, end in frames without views on one side of the slip.
+// Every second frame has views, of the other parity from frame 60 on. Solves of
+// every second frame end in frames without views either before or after it.
 TEST(WindowEstimator, LastIsTheNewestMeasuredFrameOfASharedSolve) {
   const SceneModel scene = MakeScene(120.0, false);
   GraphOptions options;
