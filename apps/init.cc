@@ -398,8 +398,9 @@ void CheckOutput() {
   if (IsStream(FLAGS_out)) return;
   const size_t slash = FLAGS_out.rfind('/');
   if (slash != std::string::npos) {
-    const std::string folder = FLAGS_out.substr(0, slash + 1);
-    if (!IsFolder(folder) && !IsFile(folder)) return;
+    const std::string folder = FLAGS_out.substr(0, slash);
+    const bool exists = IsFolder(folder) || IsFile(folder);
+    if (slash > 0 && !exists) return;
   }
   AtomicFile unused(FLAGS_out);
 }

@@ -76,8 +76,10 @@ TEST(BatchTest, ResumeRefusesResultsOfOtherSettings) {
   std::string text = ContentOf(study.manifest);
   text.replace(text.find("alpha_epi=40"), 12, "alpha_epi=41");
   std::ofstream(study.manifest) << text;
-  EXPECT_THAT(Refusal("batch", study.Flags("out", "--resume")),
-              HasSubstr("take1/c1: was made from other"));
+  EXPECT_THAT(
+      Refusal("batch", study.Flags("out", "--resume")),
+      HasSubstr(
+          "take1/c1: is not the result of this task, or was made from other"));
   EXPECT_TRUE(fs::exists(study.Path("out/take1/c1/tracks.jsonl")));
 }
 
