@@ -21,13 +21,13 @@ double Seconds(const PersonProblem& problem, size_t from, size_t to) {
 }
 
 // Whether some joint has fewer than `wanted` frames among begin .. end - 1 in
-// which at least two views measure it. One view leaves the depth free.
+// which a view measures it.
 bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
                  size_t wanted) {
   for (const JointChain& chain : problem.joints) {
     size_t measured = 0;
     for (size_t k = begin; k < end; ++k) {
-      measured += chain.first[k + 1] - chain.first[k] >= 2 ? 1 : 0;
+      measured += chain.first[k] < chain.first[k + 1] ? 1 : 0;
     }
     if (measured < wanted) return true;
   }
@@ -51,8 +51,8 @@ size_t EndWithin(const PersonProblem& problem, size_t k, double most_s) {
 }
 
 // The chunk that owns frames begin .. end - 1. Each overlap is extended, up to
-// kMostOverlapS, until two views measure every joint in at least half as many
-// of its frames as the overlap had originally.
+// kMostOverlapS, until every joint is measured in at least half as many of its
+// frames as the overlap had originally.
 Chunk ChunkOf(const PersonProblem& problem, size_t begin, size_t end) {
   Chunk chunk = {FirstWithin(problem, begin, kOverlapS),
                  EndWithin(problem, end - 1, kOverlapS), begin, end};

@@ -37,8 +37,8 @@ struct Chunk {
 // single chunk if it is 0 or the recording is shorter than 2 `chunk_s`. Depends
 // only on times and on which frames measure which joints. The overlap is 1.1 s
 // on each side (over which a change in one frame affects others; 27 frames at
-// 25 Hz), and up to 5.5 s where a joint is measured by two views in fewer than
-// half of these frames.
+// 25 Hz), and up to 5.5 s where a joint is measured in fewer than half of these
+// frames.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
 // The result for a chunk's own frames, of all joints.

@@ -71,34 +71,6 @@ TEST_F(ChunksTest, EveryFrameIsInOneChunk) {
   EXPECT_TRUE(MakeChunks(PersonProblem(), 10.0).empty());
 }
 
-// One view does not determine a depth: the overlap reaches frames of two views.
-TEST_F(ChunksTest, OverlapExtendsBeyondFramesOfOneView) {
-  constexpr size_t kWrist = 2;
-  for (size_t k = 150; k < 230; ++k) {
-    for (size_t v = 1; v < 5; ++v) {
-      recording_.keypoints[k][v][kWrist].found = false;
-    }
-  }
-  recording_.Connect();
-  const PersonProblem problem =
-      testing::Assemble(scene_, options_, recording_.frames);
-  const auto by_two_views = [&](size_t begin, size_t end) {
-    size_t count = 0;
-    const std::vector<int32_t>& first = problem.joints[kWrist].first;
-    for (size_t k = begin; k < end; ++k) {
-      if (first[k + 1] - first[k] >= 2) ++count;
-    }
-    return count;
-  };
-  // A border between two chunks is in the middle of the frames of one view.
-  const std::vector<Chunk> chunks = MakeChunks(problem, 7.0);
-  ASSERT_GT(chunks.size(), 1u);
-  ASSERT_GT(chunks[1].own_begin, 178u);
-  ASSERT_LT(chunks[1].own_begin, 202u);
-  EXPECT_GE(by_two_views(chunks[0].own_end, chunks[0].end), 13u);
-  EXPECT_GE(by_two_views(chunks[1].begin, chunks[1].own_begin), 13u);
-}
-
 // 99 % of the observed joints agree with a solve of the whole recording within
 // 0.1 mm: frames 28 away have almost no influence.
 TEST_F(ChunksTest, StatesMatchASolveOfTheWholeRecording) {
