@@ -30,13 +30,12 @@ constexpr double kCertainSigmas = 4.0;
 constexpr double kOfTheLargest = 0.6;
 
 // Confidence-weighted mean distance [px] of the common joints; infinite if
-// there are too few.
+// there are fewer than `fewest`.
 double Distance(const std::vector<std::optional<Eigen::Vector2d>>& projected,
-                const Detection& detection) {
-  const int fewest = std::min(6, static_cast<int>(projected.size()));
+                const Detection& detection, std::ptrdiff_t fewest) {
   double sum = 0.0;
   double weight = 0.0;
-  int count = 0;
+  std::ptrdiff_t count = 0;
   for (size_t j = 0; j < projected.size(); ++j) {
     const Keypoint& point = detection.joints[j];
     if (!projected[j].has_value() || !point.found) continue;
@@ -168,10 +167,14 @@ const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
     depth_m = std::max(depth_m, camera.Depth(joint.position_m));
   }
   if (!(depth_m > 0.0)) return nullptr;
+  // Six joints, or all that both skeletons have.
+  const std::ptrdiff_t fewest = std::min<std::ptrdiff_t>(
+      6, std::count_if(track_joint.begin(), track_joint.end(),
+                       [](int j) { return j >= 0; }));
   const Detection* nearest = nullptr;
   double nearest_px = kGateM * camera.focal_px() / depth_m;
   for (const Detection& detection : view.detections) {
-    const double distance_px = Distance(projected, detection);
+    const double distance_px = Distance(projected, detection, fewest);
     if (distance_px >= nearest_px) continue;
     nearest_px = distance_px;
     nearest = &detection;
