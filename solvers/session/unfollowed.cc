@@ -46,16 +46,22 @@ bool UnfollowedPeople::IsFollowed(const Detection& detection, size_t view,
 void UnfollowedPeople::See(const DetectionFrame& seen,
                            const TrackFrame& tracked) {
   constexpr double kLongestStepS = 1.0;
+  bool stopped = false;  // or stepped back: times tell nothing about absence
   if (frames_++ == 0) {
     first_time_ = seen.time;
   } else {
     const double passed_s = ToSeconds(seen.time - last_time_);
+    stopped = passed_s <= 0.0;
     if (passed_s < kLongestStepS) step_s_ = std::max(step_s_, passed_s);
   }
   last_time_ = seen.time;
+  const int64_t before = std::exchange(last_frame_, seen.frame);
   const double away_s = std::max(kAwayS, 1.5 * step_s_);
   for (size_t i = chains_.size(); i-- > 0;) {
-    if (ToSeconds(seen.time - chains_[i].time) <= away_s) continue;
+    if (stopped ? chains_[i].person.last_frame == before
+                : ToSeconds(seen.time - chains_[i].time) <= away_s) {
+      continue;
+    }
     if (IsLong(chains_[i])) ended_.push_back(chains_[i]);
     chains_.erase(chains_.begin() + static_cast<std::ptrdiff_t>(i));
   }
@@ -94,7 +100,9 @@ void UnfollowedPeople::Continue(const Eigen::AlignedBox2d& box, size_t view,
   Chain* nearest = nullptr;
   double nearest_px = 0.0;
   for (Chain& chain : chains_) {
-    if (chain.person.view != view || chain.time == seen.time) continue;
+    if (chain.person.view != view || chain.person.last_frame == seen.frame) {
+      continue;
+    }
     const double distance_px = (chain.box.center() - box.center()).norm();
     if (distance_px >
         kNear * std::max(DiagonalPx(chain.box), DiagonalPx(box))) {

@@ -23,7 +23,7 @@ struct UnfollowedPerson {
 };
 
 // Links unmatched detections from frame to frame by their boxes. Memory grows
-// only with the number of people in one frame.
+// only with the number of people in a few frames.
 class UnfollowedPeople {
  public:
   // `cameras` must outlive this object. `map`: for each joint of the tracks,
@@ -62,6 +62,7 @@ class UnfollowedPeople {
   double step_s_ = 0.0;  // the longest frame interval, up to a second
   TimeNs first_time_ = 0;
   TimeNs last_time_ = 0;
+  int64_t last_frame_ = 0;
   std::vector<Chain> chains_;  // chains that may continue
   std::vector<Chain> ended_;   // ended chains of sufficient length
 };

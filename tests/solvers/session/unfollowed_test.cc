@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/skeleton/skeleton.h"
 #include "tests/support/rig.h"
 
@@ -12,14 +14,15 @@ constexpr int kFrames = 250;  // 10 s
 
 // Two people and three cameras. The first person is tracked throughout, the
 // second in the last `followed` frames; view 1 alone detects the second, in the
-// first `seen` frames.
-std::vector<UnfollowedPerson> Often(int seen, int followed) {
+// first `seen` frames. The clock begins to run after `stopped` frames.
+std::vector<UnfollowedPerson> Often(int seen, int followed, int stopped = 0) {
   const CameraRig cameras = testing::RingOfCameras(3);
   UnfollowedPeople people(cameras, MapByName(Coco17(), Coco17()), 5);
   const Pose3d first = testing::StandingPerson(-1.0, 0.0);
   const Pose3d second = testing::StandingPerson(1.0, 0.0);
   for (int f = 0; f < kFrames; ++f) {
     DetectionFrame frame = testing::FrameSeenBy(cameras, f, {first, second});
+    frame.time = FrameClock(25.0).TimeOf(std::max(0, f - stopped));
     for (size_t v = 0; v < cameras.size(); ++v) {
       if (v != 1 || f >= seen) frame.views[v].detections.pop_back();
     }
@@ -46,6 +49,12 @@ TEST(Unfollowed, UntrackedPersonIsReportedWithViewAndShare) {
 
 TEST(Unfollowed, TrackedPersonWithoutMatchesIsNotReported) {
   EXPECT_TRUE(Often(kFrames, kFrames).empty());
+}
+
+TEST(Unfollowed, AStoppedClockDoesNotDivideAPerson) {
+  const std::vector<UnfollowedPerson> often = Often(kFrames, 0, 100);
+  ASSERT_EQ(often.size(), 1u);
+  EXPECT_DOUBLE_EQ(often[0].share, 1.0);
 }
 
 TEST(Unfollowed, RarelySeenPersonIsNotReported) {
