@@ -11,6 +11,7 @@
 
 #include "core/evaluation/statistics.h"
 #include "core/skeleton/body_joints.h"
+#include "core/tracking/track.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/plausible.h"
@@ -165,15 +166,12 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
         return IndexOfFrame(detections,
                             detections.frames[k].frame + offsets[v]);
       });
-  // Frames without detections are removed, also those that had none before.
-  const auto is_empty = [](const DetectionFrame& frame) {
-    return std::all_of(
-        frame.views.begin(), frame.views.end(),
-        [](const ViewDetections& view) { return view.detections.empty(); });
-  };
-  moved.frames.erase(
-      std::remove_if(moved.frames.begin(), moved.frames.end(), is_empty),
-      moved.frames.end());
+  // Removes the empty frames before and after the common ones. Those between
+  // remain, because frames are evenly spaced.
+  auto& frames = moved.frames;
+  frames.erase(frames.begin(),
+               std::find_if(frames.begin(), frames.end(), HasDetections));
+  while (!frames.empty() && !HasDetections(frames.back())) frames.pop_back();
   return moved;
 }
 

@@ -141,6 +141,33 @@ TEST(Hypotheses, ViewsWithoutACommonFrameAreAligned) {
   }
 }
 
+// Frame 8 of the others and frame 12 of the view itself are missing.
+TEST(Hypotheses, MissingFramesRemainEmptyIfViewsAreAligned) {
+  DoctorInput input = MoversOf(testing::RingOfCameras(3));
+  const DetectionSequence right = input.detections;
+  auto& frames = input.detections.frames;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    for (size_t v = 0; v < 3; ++v) {
+      auto& own = frames[k].views[v].detections;
+      own.clear();
+      if (v < 2 && k < 20) own = right.frames[k].views[v].detections;
+      if (v == 2 && k >= 30) own = right.frames[k - 30].views[2].detections;
+    }
+  }
+  frames.erase(frames.begin() + 42);
+  frames.erase(frames.begin() + 8);
+  const Answer answer = AnswerFor("frame ranges", input);
+  ASSERT_TRUE(answer.detections.has_value());
+  ASSERT_EQ(answer.detections->frames.size(), 20u);
+  for (size_t k = 0; k < 20; ++k) {
+    const DetectionFrame& frame = answer.detections->frames[k];
+    EXPECT_EQ(frame.frame, static_cast<int64_t>(k));
+    for (size_t v = 0; v < 3; ++v) {
+      EXPECT_EQ(frame.views[v].detections.empty(), k == (v < 2 ? 8u : 12u));
+    }
+  }
+}
+
 // ---- One calibration twice ----
 
 // Two views have the same calibration. It is wrong for the view that agrees
