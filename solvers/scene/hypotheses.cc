@@ -274,14 +274,19 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   Answer answer;
   std::vector<int> lags = clocks.lag_frames;
   const int usual = UsualLag(lags);
-  for (int& lag : lags) lag -= usual;
-  // Beside larger lags, a lag of one frame is corrected but not reported; the
-  // examination of the matches measures clocks more precisely.
-  const bool by_more = std::any_of(lags.begin(), lags.end(),
-                                   [](int lag) { return std::abs(lag) > 1; });
+  // Beside larger lags, a lag of one frame may be an error of the search. It is
+  // left to the examination of the matches, which measures clocks more
+  // precisely, unless a frame is longer than that can measure.
+  const bool by_more = std::any_of(lags.begin(), lags.end(), [&](int lag) {
+    return std::abs(lag - usual) > 1;
+  });
+  const int least = by_more && set_up.rate_hz * kFarthestClockS > 1.0 ? 2 : 1;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
-    const int lag = lags[v];
-    if (std::abs(lag) <= (by_more ? 1 : 0)) continue;
+    const int lag = lags[v] - usual;
+    if (std::abs(lag) < least) {
+      lags[v] = usual;
+      continue;
+    }
     answer.findings.push_back(
         {"clock_offset", set_up.CameraName(v), sureness,
          clocks.all.before.mean_px(), clocks.all.after.mean_px(), kRefineClocks,
@@ -290,7 +295,7 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
                      lag * set_up.number_step, -lag / set_up.rate_hz)});
   }
   answer.score = clocks.all.after.score();
-  answer.detections = Realigned(set_up.detections, clocks.lag_frames);
+  answer.detections = Realigned(set_up.detections, lags);
   return answer;
 }
 
