@@ -409,10 +409,9 @@ bool IsLag(const SetUp& set_up, const CameraBreak& found, int worse) {
       SearchClocks(set_up.cameras, ideal_of(worse), set_up.LongestLag());
   if (!lags.found()) return false;
   const std::vector<ViewPeople> better = ideal_of(1 - worse);
-  const double score =
-      AgreementOfAll(set_up.cameras, better,
-                     FramesToLookAt(better, set_up.options.frames_to_look_at))
-          .score();
+  const double score = AgreementOfAll(set_up.cameras, better,
+                                      FramesToLookAt(better, kFramesToLookAt))
+                           .score();
   return lags.all.after.score() > score - kNearly;
 }
 

@@ -47,7 +47,7 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
       options(the_options),
       cameras(input.cameras),
       detections(WithUsualConfidences(input.detections)),
-      rate_hz(input.frame_rate_hz) {
+      rate_hz(detections.header.frame_rate_hz) {
   if (input.independent_frames) return;
   number_step = UsualStep(detections.frames);
   rate_hz /= static_cast<double>(number_step);
@@ -61,7 +61,7 @@ void SetUp::Look() {
   // which tries every camera for each of the two views.
   const int looks = 25 + 2 * static_cast<int>(cameras.size());
   raw = PeopleOfViews(detections);
-  frames = FramesToLookAt(raw, options.frames_to_look_at, looks);
+  frames = FramesToLookAt(raw, kFramesToLookAt, looks);
   ideal = raw;
   for (size_t v = 0; v < ideal.size(); ++v) {
     ideal[v] = Undistorted(raw[v], cameras[v]);

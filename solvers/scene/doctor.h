@@ -22,8 +22,7 @@ namespace kinegraph {
 
 struct DoctorInput {
   CameraRig cameras;  // one per view of the detections, in their order
-  DetectionSequence detections;
-  double frame_rate_hz = 0.0;
+  DetectionSequence detections;  // with a known frame rate
   // Standard deviations of the cameras and their clocks, if the calibration
   // reports them; else empty. Changes within three standard deviations are
   // mentioned but not applied.
@@ -40,7 +39,6 @@ struct DoctorInput {
 };
 
 struct DoctorOptions {
-  int frames_to_look_at = kFramesToLookAt;
   double longest_lag_s = kLongestLagS;
   // Whether to search for a camera that was moved during the recording.
   bool looks_for_break = true;
@@ -79,7 +77,6 @@ const char* ToString(DoctorVerdict verdict);
 
 struct Diagnosis {
   DoctorVerdict verdict = DoctorVerdict::kSound;
-  bool sound() const { return verdict == DoctorVerdict::kSound; }
   std::vector<Finding> findings;  // in the order in which they were found
   CameraRig cameras;       // corrected, in the order of DoctorInput::cameras
   double stature_m = 0.0;  // of the people, as read; 0: unknown

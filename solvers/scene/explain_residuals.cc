@@ -69,7 +69,7 @@ class Explainer {
         cameras_(set_up.cameras),
         segments_(set_up.segments),
         options_(set_up.options.bundle),
-        changes_(set_up.cameras.size(), CameraChange::Zero()),
+        changes_(NoChanges(set_up.cameras.size())),
         subject_m_(SubjectSize(set_up)) {}
 
   const std::vector<Finding>& findings() const { return findings_; }
@@ -471,8 +471,8 @@ class Explainer {
   }
 
   bool IsLate(size_t view, const BundleResult& fit, int place) const {
-    return kinegraph::IsLate(fit, view, place,
-                             1.0 / std::max(1.0, set_up_.input.frame_rate_hz),
+    const double rate_hz = set_up_.detections.header.frame_rate_hz;
+    return kinegraph::IsLate(fit, view, place, 1.0 / std::max(1.0, rate_hz),
                              segments_.span_s);
   }
 

@@ -448,7 +448,7 @@ std::optional<Answer> AskForSpeed(const SetUp& set_up) {
       {"frame_rate", "", 0.8, 0.0, 0.0,
        "set input.frame_rate to the true frame rate",
        fmt::format("people move at {:.1f} m/s if the frame rate is {:.4g} Hz",
-                   speed_mps, set_up.input.frame_rate_hz)});
+                   speed_mps, set_up.detections.header.frame_rate_hz)});
 }
 
 std::optional<Answer> AskForLens(const SetUp& set_up) {

@@ -103,7 +103,7 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
     one.gain.before = with_others(set_up.ideal[v]);
     for (const double rate_hz : kRates) {
       one.rate_hz = rate_hz;
-      one.factor = rate_hz / set_up.input.frame_rate_hz;
+      one.factor = rate_hz / files.header.frame_rate_hz;
       if (std::abs(one.factor - 1.0) < 0.02 || one.factor < 0.2 ||
           one.factor > 5.0) {
         continue;
@@ -438,12 +438,12 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
     keys += ";input.view_frame_offset." + set_up.ViewName(v) + "=" +
             std::to_string(whole ? std::llround(rate->offset) : first);
   }
-  Answer answer = AnswerWith(
-      Found("view_rate", set_up.CameraName(rate->view), rate->gain,
-            rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
-            fmt::format("its frame numbers count at {:.4g} Hz, those of the "
-                        "other views at {:.4g} Hz",
-                        rate->rate_hz, set_up.input.frame_rate_hz)));
+  Answer answer = AnswerWith(Found(
+      "view_rate", set_up.CameraName(rate->view), rate->gain,
+      rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
+      fmt::format("its frame numbers count at {:.4g} Hz, those of the "
+                  "other views at {:.4g} Hz",
+                  rate->rate_hz, set_up.detections.header.frame_rate_hz)));
   answer.detections = rate->Of(set_up.detections);
   answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);
   return answer;

@@ -100,7 +100,6 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   header.skeleton = *skeletons[fit.Best()];
   const RunScene scene = PrepareScene(options, request, header);
   DoctorInput input;
-  input.frame_rate_hz = scene.model.frame_rate_hz;
   input.independent_frames = options.input.independent_frames;
   input.units_per_metre = unit.per_metre;
   input.unit_can_be_set = unit.can_be_changed;

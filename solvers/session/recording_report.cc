@@ -292,7 +292,6 @@ struct RecordingReporter::Impl {
     input.detections.header.skeleton = detection_skeleton_;
     input.detections.header.view_names = scene_.view_names;
     input.detections.header.frame_rate_hz = scene_.model.frame_rate_hz;
-    input.frame_rate_hz = scene_.model.frame_rate_hz;
     input.independent_frames = IndependentFrames();
     return input;
   }

@@ -28,7 +28,6 @@ struct WalkersRoom {
     input.detections = SeenBy(cameras, frames, [](int frame) {
       return std::vector<Pose3d>{WalkerOnARound(frame)};
     });
-    input.frame_rate_hz = 25.0;
     // The first detection of every view that has one.
     input.match = [](const CameraRig&, const DetectionSequence& seen) {
       FrozenMatches matches;

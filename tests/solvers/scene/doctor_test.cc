@@ -56,7 +56,8 @@ void ExpectNoneBut(const Diagnosis& diagnosis, const std::string& camera) {
 
 TEST(Doctor, ReportsNothingForFaultlessScenes) {
   const Diagnosis diagnosis = DiagnoseScene(MakeFaultyScene({11}));
-  EXPECT_TRUE(diagnosis.sound()) << DiagnosisWords(diagnosis);
+  EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kSound)
+      << DiagnosisWords(diagnosis);
   EXPECT_EQ(FindKind(diagnosis, "clock_offset"), nullptr);
   EXPECT_EQ(diagnosis.cameras.size(), 5u);
 }
@@ -70,7 +71,8 @@ TEST(Doctor, PersistentOffsetsAreNotCameraFaults) {
     FaultyScene scene = MakeFaultyScene({seed, 4, seed % 2 == 0 ? 1 : 3});
     testing::AddLastingOffsets(seed, 2.0, &scene);
     const Diagnosis diagnosis = DiagnoseScene(scene);
-    EXPECT_TRUE(diagnosis.sound()) << seed << ": " << DiagnosisWords(diagnosis);
+    EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kSound)
+        << seed << ": " << DiagnosisWords(diagnosis);
     for (const Finding& finding : diagnosis.findings) {
       EXPECT_LE(finding.confidence, 0.5) << DiagnosisWords(diagnosis);
     }
@@ -121,11 +123,11 @@ TEST(Doctor, FindsFaultsDespiteLowConfidences) {
     testing::ChangeJoints(&scene, v,
                           [](Keypoint* joint) { joint->confidence *= 0.3; });
   }
-  EXPECT_TRUE(DiagnoseScene(scene).sound());
+  EXPECT_EQ(DiagnoseScene(scene).verdict, DoctorVerdict::kSound);
   const Camera truth = scene.cameras[2];
   scene.cameras[2] = testing::Turned(truth, 1.0, 9);
   const Diagnosis diagnosis = DiagnoseScene(scene);
-  EXPECT_FALSE(diagnosis.sound());
+  EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kSuspect);
   const Finding rotation = FoundKind(diagnosis, "rotation", truth.name());
   EXPECT_LT(rotation.after_px, rotation.before_px);
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], truth), 0.2);
@@ -179,7 +181,8 @@ TEST_P(Standers, GiveNoClockFindings) {
     still.cameras = still.scene.cameras;
     still.detections = Observe(still.scene, noise, nullptr);
     const Diagnosis diagnosis = DiagnoseScene(still);
-    EXPECT_TRUE(diagnosis.sound()) << seed << " " << DiagnosisWords(diagnosis);
+    EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kSound)
+        << seed << " " << DiagnosisWords(diagnosis);
   }
 }
 INSTANTIATE_TEST_SUITE_P(Pixels, Standers, ::testing::Values(2.0, 6.0));

@@ -28,7 +28,6 @@ constexpr int kAskedFrames = 50;
 DoctorInput MoversOf(const CameraRig& cameras) {
   DoctorInput input;
   input.cameras = cameras;
-  input.frame_rate_hz = 25.0;
   input.detections = testing::SeenBy(cameras, kAskedFrames, [](int frame) {
     return std::vector<Pose3d>{testing::MovingPerson(0, frame),
                                testing::MovingPerson(1, frame)};
