@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <numeric>
 #include <utility>
+
+#include "core/base/median.h"
 
 namespace kinegraph {
 namespace {
@@ -236,8 +237,7 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   const LagSearch lag_search(cameras, ideal, searched, reach, step);
   const std::vector<int> frames = FramesToLookAt(ideal, kFramesToCompare, 4);
   const std::vector<int> none(views, 0);
-  std::vector<int> every(views);
-  std::iota(every.begin(), every.end(), 0);
+  const std::vector<int> every = IndicesUpTo(views);
   std::vector<int> lags = lag_search.BestLags();
   search.all = {lag_search.Agreement(none, frames, every),
                 lag_search.Agreement(lags, frames, every)};
@@ -258,10 +258,8 @@ int64_t UsualStep(const std::vector<DetectionFrame>& frames) {
     steps.push_back(frames[k].frame - frames[k - 1].frame);
   }
   if (steps.empty()) return 1;
-  const auto middle =
-      steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  const int64_t usual = std::max<int64_t>(1, *middle);
+  const int64_t usual =
+      std::max<int64_t>(1, std::llround(Median({steps.begin(), steps.end()})));
   const auto multiples =
       std::count_if(steps.begin(), steps.end(),
                     [&](int64_t step) { return step % usual == 0; });

@@ -62,10 +62,7 @@ void SetUp::Look() {
   const int looks = 25 + 2 * static_cast<int>(cameras.size());
   raw = PeopleOfViews(detections);
   frames = FramesToLookAt(raw, kFramesToLookAt, looks);
-  ideal = raw;
-  for (size_t v = 0; v < ideal.size(); ++v) {
-    ideal[v] = Undistorted(raw[v], cameras[v]);
-  }
+  ideal = Undistorted(raw, cameras);
   agreement = AgreementOfAll(cameras, ideal, frames);
 }
 

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "core/geometry/lens.h"
@@ -160,9 +159,7 @@ struct Reading {
   PairAgreement agreement;          // under this reading, over all views
 
   explicit Reading(size_t views)
-      : images(views, kImageAsRead), camera_of_view(views) {
-    std::iota(camera_of_view.begin(), camera_of_view.end(), 0);
-  }
+      : images(views, kImageAsRead), camera_of_view(IndicesUpTo(views)) {}
   bool IsAs(const Reading& other) const {
     return pose == other.pose && image_scale == other.image_scale &&
            images == other.images && camera_of_view == other.camera_of_view;
@@ -205,16 +202,16 @@ class ReadingJudge {
  public:
   ReadingJudge(const CameraRig& cameras, const std::vector<ViewPeople>& raw,
                const std::vector<int>& frames)
-      : cameras_(cameras), shared_(cameras.size()) {
+      : cameras_(cameras),
+        frames_(IndicesUpTo(frames.size())),
+        shared_(cameras.size()),
+        rig_(cameras) {
     for (const ViewPeople& view : raw) {
       ViewPeople& looked_at = raw_.emplace_back();
       for (const int k : frames) {
         looked_at.frames.push_back(view.frames[k]);
       }
     }
-    frames_.resize(frames.size());
-    std::iota(frames_.begin(), frames_.end(), 0);
-    rig_ = cameras;
   }
 
   void Judge(Reading* reading) {
@@ -261,7 +258,7 @@ class ReadingJudge {
           for (Eigen::Vector2d& px : person.px) px = map.Taken(px);
         }
       }
-      people->second = Undistorted(taken, CameraOf(seen));
+      people->second = Undistorted(std::move(taken), CameraOf(seen));
     }
     return people->second;
   }
@@ -279,8 +276,7 @@ class ReadingJudge {
 // exchanges of two cameras.
 std::vector<std::vector<int>> Permutations(size_t views) {
   constexpr size_t kAllUpTo = 5;
-  std::vector<int> order(views);
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<int> order = IndicesUpTo(views);
   std::vector<std::vector<int>> permutations;
   if (views <= kAllUpTo) {
     while (std::next_permutation(order.begin(), order.end())) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <unordered_map>
 #include <utility>
 
@@ -214,6 +215,12 @@ std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections) {
   return views;
 }
 
+std::vector<int> IndicesUpTo(size_t count) {
+  std::vector<int> indices(count);
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
 std::vector<int> Evenly(const std::vector<int>& frames, size_t count) {
   if (frames.size() <= count) return frames;
   std::vector<int> chosen;
@@ -238,10 +245,9 @@ int64_t IndexOfFrame(const DetectionSequence& detections, int64_t number) {
   return at == nullptr ? -1 : at - detections.frames.data();
 }
 
-ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
-  ViewPeople ideal = view;
-  if (camera.lens() == nullptr) return ideal;
-  for (auto& frame : ideal.frames) {
+ViewPeople Undistorted(ViewPeople view, const Camera& camera) {
+  if (camera.lens() == nullptr) return view;
+  for (auto& frame : view.frames) {
     for (ViewPeople::Person& person : frame) {
       for (size_t j = 0; j < person.px.size(); ++j) {
         if (!person.found[j]) continue;
@@ -251,16 +257,20 @@ ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
       }
     }
   }
-  return ideal;
+  return view;
+}
+
+std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
+                                    const CameraRig& cameras) {
+  for (size_t v = 0; v < views.size(); ++v) {
+    views[v] = Undistorted(std::move(views[v]), cameras[v]);
+  }
+  return views;
 }
 
 std::vector<ViewPeople> IdealPeople(const DetectionSequence& detections,
                                     const CameraRig& cameras) {
-  std::vector<ViewPeople> views = PeopleOfViews(detections);
-  for (size_t v = 0; v < views.size(); ++v) {
-    views[v] = Undistorted(views[v], cameras[v]);
-  }
-  return views;
+  return Undistorted(PeopleOfViews(detections), cameras);
 }
 
 std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
@@ -417,8 +427,7 @@ Stature StatureOf(const CameraRig& cameras,
   std::vector<double> statures;
   for (const PlacedPerson& person : PlacePeople(cameras, ideal, frames)) {
     const auto joint = [&](const std::string& name) {
-      const int at = PlaceOf(skeleton, name);
-      return at < 0 ? std::nullopt : person.joints[at];
+      return PlacedJoint(person, skeleton, name);
     };
     for (const std::string side : {"l_", "r_"}) {
       const auto shoulder = joint(side + "shoulder"), hip = joint(side + "hip");
@@ -442,11 +451,14 @@ Stature StatureOf(const CameraRig& cameras, const DetectionSequence& recording,
                    recording.header.skeleton);
 }
 
-int PlaceOf(const Skeleton& skeleton, const std::string& joint_name) {
-  const std::vector<int>& counted = skeleton.association_joints();
+std::optional<Eigen::Vector3d> PlacedJoint(const PlacedPerson& person,
+                                           const Skeleton& skeleton,
+                                           const std::string& name) {
+  const std::vector<int>& compared = skeleton.association_joints();
   const auto at =
-      std::find(counted.begin(), counted.end(), skeleton.IndexOf(joint_name));
-  return at == counted.end() ? -1 : static_cast<int>(at - counted.begin());
+      std::find(compared.begin(), compared.end(), skeleton.IndexOf(name));
+  return at == compared.end() ? std::nullopt
+                              : person.joints[at - compared.begin()];
 }
 
 }  // namespace kinegraph

@@ -36,9 +36,14 @@ struct ViewPeople {
 std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections);
 
 // In ideal pixels, undistorted by each view's camera.
-ViewPeople Undistorted(const ViewPeople& view, const Camera& camera);
+ViewPeople Undistorted(ViewPeople view, const Camera& camera);
+std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
+                                    const CameraRig& cameras);
 std::vector<ViewPeople> IdealPeople(const DetectionSequence& detections,
                                     const CameraRig& cameras);
+
+// 0 .. count - 1.
+std::vector<int> IndicesUpTo(size_t count);
 
 // Up to `count` of the frames, evenly spaced.
 std::vector<int> Evenly(const std::vector<int>& frames, size_t count);
@@ -164,8 +169,10 @@ std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
                                       const std::vector<ViewPeople>& ideal,
                                       const std::vector<int>& frames);
 
-// Index of a joint in ViewPeople; -1 if it is not compared.
-int PlaceOf(const Skeleton& skeleton, const std::string& joint_name);
+// The joint of this name; nullopt if it has no position or is not compared.
+std::optional<Eigen::Vector3d> PlacedJoint(const PlacedPerson& person,
+                                           const Skeleton& skeleton,
+                                           const std::string& name);
 
 // Stature [m] of the people seen, from trunk, thigh and shank of the people on
 // whom two views agree: the median, and the number of measurements. Joints are

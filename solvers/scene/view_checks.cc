@@ -8,7 +8,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -134,32 +133,6 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
 }
 
 // ---- Sides ----
-
-// Shoulders, hips and trunk determine the forward direction.
-Noses LookAhead(const std::vector<PlacedPerson>& people,
-                const Skeleton& skeleton) {
-  Noses noses;
-  const auto joint = [&](const PlacedPerson& person, const char* name) {
-    const int at = PlaceOf(skeleton, name);
-    return at < 0 ? std::nullopt : person.joints[at];
-  };
-  for (const PlacedPerson& person : people) {
-    const auto l = joint(person, "l_shoulder"), r = joint(person, "r_shoulder");
-    const auto lh = joint(person, "l_hip"), rh = joint(person, "r_hip");
-    const auto nose = joint(person, "nose");
-    if (!l || !r || !lh || !rh || !nose) continue;
-    const Eigen::Vector3d up = (*l + *r - *lh - *rh).normalized();
-    const Eigen::Vector3d ahead = ((*l - *r) + (*lh - *rh)).cross(up);
-    // The apparent shoulder width vanishes for a person seen from the side.
-    const double trunk = 0.5 * (*l + *r - *lh - *rh).norm();
-    if (!((*l - *r).norm() > 0.3 * trunk) || ahead.norm() == 0.0) continue;
-    const double nose_m = (*nose - 0.5 * (*l + *r)).dot(ahead.normalized());
-    if (std::abs(nose_m) < 0.1 * trunk) continue;  // the head is tilted back
-    ++noses.looked_at;
-    noses.backwards += nose_m < 0.0 ? 1 : 0;
-  }
-  return noses;
-}
 
 // The agreement of all pairs of views, with and without exchanging left and
 // right in one of the two.
@@ -476,8 +449,7 @@ void ExchangeSides(const std::vector<char>& views,
 
 ExchangedSides FindExchangedSides(const CameraRig& cameras,
                                   DetectionSequence seen) {
-  std::vector<int> frames(seen.frames.size());
-  std::iota(frames.begin(), frames.end(), 0);
+  const std::vector<int> frames = IndicesUpTo(seen.frames.size());
   ExchangedSides found;
   found.people = IdealPeople(seen, cameras);
   ExchangeSides(std::vector<char>(cameras.size(), 1), &seen);
@@ -517,9 +489,29 @@ std::vector<std::string> FromTheBottom(const CameraRig& cameras) {
 
 Noses NosesOf(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
               const Skeleton& skeleton) {
-  std::vector<int> frames(ideal.empty() ? 0 : ideal.front().frames.size());
-  std::iota(frames.begin(), frames.end(), 0);
-  return LookAhead(PlacePeople(cameras, ideal, frames), skeleton);
+  const size_t frames = ideal.empty() ? 0 : ideal.front().frames.size();
+  Noses noses;
+  for (const PlacedPerson& person :
+       PlacePeople(cameras, ideal, IndicesUpTo(frames))) {
+    const auto joint = [&](const char* name) {
+      return PlacedJoint(person, skeleton, name);
+    };
+    const auto l = joint("l_shoulder"), r = joint("r_shoulder");
+    const auto lh = joint("l_hip"), rh = joint("r_hip");
+    const auto nose = joint("nose");
+    if (!l || !r || !lh || !rh || !nose) continue;
+    // Shoulders, hips and trunk determine the forward direction.
+    const Eigen::Vector3d up = (*l + *r - *lh - *rh).normalized();
+    const Eigen::Vector3d ahead = ((*l - *r) + (*lh - *rh)).cross(up);
+    // The apparent shoulder width vanishes for a person seen from the side.
+    const double trunk = 0.5 * (*l + *r - *lh - *rh).norm();
+    if (!((*l - *r).norm() > 0.3 * trunk) || ahead.norm() == 0.0) continue;
+    const double nose_m = (*nose - 0.5 * (*l + *r)).dot(ahead.normalized());
+    if (std::abs(nose_m) < 0.1 * trunk) continue;  // the head is tilted back
+    ++noses.looked_at;
+    noses.backwards += nose_m < 0.0 ? 1 : 0;
+  }
+  return noses;
 }
 
 bool StandOnHeads(const DetectionSequence& seen) {

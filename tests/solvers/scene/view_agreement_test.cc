@@ -545,16 +545,19 @@ TEST(StatureOf, IsUnknownWithoutHumans) {
   EXPECT_EQ(StatureOf(cameras, seen, 100).count, 0);
 }
 
-TEST(PlaceOf, IndexesTheComparedJoints) {
+TEST(PlacedJoint, IsFoundByNameAmongTheComparedJoints) {
+  PlacedPerson person;
+  for (const int j : Body25().association_joints()) {
+    person.joints.emplace_back(Eigen::Vector3d::Constant(j));
+  }
   for (const char* name : {"nose", "l_wrist", "r_ankle"}) {
-    EXPECT_EQ(PlaceOf(Coco17(), name), Coco17().IndexOf(name));
-    const int place = PlaceOf(Body25(), name);
-    ASSERT_GE(place, 0);
-    EXPECT_EQ(Body25().association_joints()[place], Body25().IndexOf(name));
+    const auto joint = PlacedJoint(person, Body25(), name);
+    ASSERT_TRUE(joint.has_value()) << name;
+    EXPECT_EQ(joint->x(), Body25().IndexOf(name));
   }
   // Feet are not compared, and wings do not exist.
-  EXPECT_EQ(PlaceOf(Body25(), "l_heel"), -1);
-  EXPECT_EQ(PlaceOf(Coco17(), "l_wing"), -1);
+  EXPECT_FALSE(PlacedJoint(person, Body25(), "l_heel").has_value());
+  EXPECT_FALSE(PlacedJoint(person, Body25(), "l_wing").has_value());
 }
 
 }  // namespace
