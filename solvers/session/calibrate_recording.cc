@@ -46,7 +46,7 @@ double DistanceIn(const TrackSequence& tracks, int a, int b) {
       if (distance_m.has_value()) distances.push_back(*distance_m);
     }
   }
-  return distances.empty() ? 0.0 : Median(std::move(distances));
+  return Median(std::move(distances));
 }
 
 int JointOf(const Skeleton& skeleton, const std::string& name) {
@@ -76,14 +76,11 @@ void CheckNames(const KnownLength& length, const DetectionHeader& header) {
   }
 }
 
-// Rotates the world so that no axis is near the direction in which people
-// stand, because GroundOf would prefer such an axis.
-CameraRig WithoutUpAxis(const CameraRig& cameras, const Eigen::Vector3d& up) {
+// A rotation of the world that moves one direction to another.
+Ground Turning(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   Ground turn;
-  turn.R = Eigen::Quaterniond::FromTwoVectors(
-               up, Eigen::Vector3d::Constant(1.0).normalized())
-               .toRotationMatrix();
-  return OnGround(cameras, turn);
+  turn.R = Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+  return turn;
 }
 
 class Finisher {
@@ -169,24 +166,23 @@ class Finisher {
     const Eigen::Vector3d up = StanceOf(first.header.skeleton, first.frames)
                                    .Up({std::nullopt, of_cameras})
                                    .value_or(of_cameras.normalized());
-    result_->cameras = WithoutUpAxis(result_->cameras, up);
+    // No axis may be near the direction in which people stand, because
+    // GroundOf would prefer such an axis.
+    const Eigen::Vector3d diagonal =
+        Eigen::Vector3d::Constant(1.0).normalized();
+    result_->cameras = OnGround(result_->cameras, Turning(up, diagonal));
     const TrackSequence tracks =
         QuickTracks(options_, result_->cameras, recording());
     result_->ground = GroundOf(tracks.header, tracks.frames);
-    Ground upright;
-    upright.R = Eigen::Quaterniond::FromTwoVectors(
-                    Eigen::Vector3d::Constant(1.0).normalized(),
-                    Eigen::Vector3d::UnitZ())
-                    .toRotationMatrix();
-    result_->cameras =
-        OnGround(result_->cameras, result_->ground.value_or(upright));
+    result_->cameras = OnGround(
+        result_->cameras,
+        result_->ground.value_or(Turning(diagonal, Eigen::Vector3d::UnitZ())));
   }
 
   // Derivative of the logarithm of the two cameras' distance with respect to
-  // each parameter; zero if another length determines the scale.
+  // each parameter.
   Eigen::VectorXd LogDistance(Eigen::Index size) const {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
-    if (input_.length.kind != KnownLength::Kind::kCameras) return gradient;
     const Eigen::Vector3d apart =
         CameraOf(input_.length.a).centre() - CameraOf(input_.length.b).centre();
     Eigen::Index at = 0;
@@ -226,8 +222,8 @@ class Finisher {
       }
     }
     record.covariance = turn * rig.covariance * turn.transpose();
-    const Eigen::VectorXd by_distance = LogDistance(size);
-    if (!by_distance.isZero()) {
+    if (input_.length.kind == KnownLength::Kind::kCameras) {
+      const Eigen::VectorXd by_distance = LogDistance(size);
       result_->scale_sigma =
           std::sqrt(by_distance.dot(record.covariance * by_distance));
       const Eigen::MatrixXd held = Eigen::MatrixXd::Identity(size, size) -

@@ -50,31 +50,19 @@ std::vector<FootJoint> FeetOf(const Skeleton& skeleton) {
   return feet;
 }
 
-bool Seen(const Joint3d& joint) {
-  return joint.status == JointStatus::kObserved && joint.position_m.allFinite();
-}
-
-std::optional<Eigen::Vector3d> Middle(const Pose3d& joints,
-                                      const Skeleton& skeleton,
-                                      const std::string& part) {
-  const int left = skeleton.IndexOf("l_" + part);
-  const int right = skeleton.IndexOf("r_" + part);
-  if (left < 0 || right < 0) return std::nullopt;
-  const Joint3d& a = joints[left];
-  const Joint3d& b = joints[right];
-  if (!Seen(a) || !Seen(b)) return std::nullopt;
-  return 0.5 * (a.position_m + b.position_m);
-}
-
 // Sum over people and frames of the directions from ankles to shoulders; it is
 // nearly vertical because people bend to all sides.
 Eigen::Vector3d MeanBodyAxis(const Skeleton& skeleton,
                              const std::vector<TrackFrame>& frames) {
+  const auto middle = [&](const Pose3d& joints, const std::string& part) {
+    return ObservedMiddle(joints, skeleton.IndexOf("l_" + part),
+                          skeleton.IndexOf("r_" + part));
+  };
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const TrackFrame& frame : frames) {
     for (const PersonPose& person : frame.people) {
-      const auto below = Middle(person.joints, skeleton, "ankle");
-      const auto above = Middle(person.joints, skeleton, "shoulder");
+      const auto below = middle(person.joints, "ankle");
+      const auto above = middle(person.joints, "shoulder");
       if (below.has_value() && above.has_value()) {
         sum += (*above - *below).normalized();
       }
@@ -131,7 +119,8 @@ bool Rests(size_t joint, const Past& before, TimeNs now,
            const PersonPose& person) {
   const Joint3d& last = (*before.joints)[joint];
   const Joint3d& one = person.joints[joint];
-  return Seen(last) && Seen(one) &&
+  return last.status == JointStatus::kObserved &&
+         one.status == JointStatus::kObserved &&
          (one.position_m - last.position_m).norm() <=
              kStandingMps * ToSeconds(now - before.time);
 }
@@ -323,7 +312,9 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
                                const std::vector<TrackFrame>& frames) {
   const Eigen::Vector3d axis = MeanBodyAxis(header.skeleton, frames);
   std::vector<Stand> feet = StandsIn(header.skeleton, frames);
-  if (!(axis.norm() > 0.0) || SamplesOf(feet) < kFewestFeet) {
+  Ground ground;
+  ground.foot_count = SamplesOf(feet);
+  if (!(axis.norm() > 0.0) || ground.foot_count < kFewestFeet) {
     return std::nullopt;
   }
   // If most people lie, those standing carry more information.
@@ -337,7 +328,6 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   }
   const Eigen::Matrix3d R = Upright(best.R.row(2).transpose());
   for (Stand& foot : feet) foot.point = R * foot.point;
-  Ground ground;
   ground.R = R;
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   ground.t = -Eigen::Vector3d(MedianOf(feet, 0), MedianOf(feet, 1),
@@ -348,7 +338,6 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
     // Clamped at a decimetre, for feet on a step or a chair.
     squares += foot.samples * std::min(off * off, 0.01);
   }
-  ground.foot_count = SamplesOf(feet);
   ground.spread_m = std::sqrt(squares / static_cast<double>(ground.foot_count));
   ground.tilt_deg =
       kDegPerRad * std::acos(std::min(1.0, std::max(-1.0, R(2, 2))));

@@ -1,11 +1,11 @@
 #include "solvers/session/options.h"
 
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/configuration/config.h"
 
 namespace kinegraph {
@@ -139,15 +139,13 @@ double RateOf(const std::string& view, const std::string& text) {
 }
 
 int64_t OffsetOf(const std::string& view, const std::string& text) {
-  int64_t offset = 0;
-  const char* const end = text.data() + text.size();
-  const auto [at, error] = std::from_chars(text.data(), end, offset);
-  if (error != std::errc() || at != end) {
+  const auto offset = ParseNumber<int64_t>(text);
+  if (!offset.has_value()) {
     throw OptionError(
         "input.view_frame_offset." + view,
         "found '" + Printable(text) + "', expected a whole number of frames");
   }
-  return offset;
+  return *offset;
 }
 
 }  // namespace

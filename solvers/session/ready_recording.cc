@@ -19,13 +19,6 @@
 namespace kinegraph {
 namespace {
 
-std::vector<int> LagsOf(const RunScene& scene,
-                        const DetectionSequence& detections, int longest) {
-  return SearchClocks(scene.model.cameras,
-                      IdealPeople(detections, scene.model.cameras), longest)
-      .lag_frames;
-}
-
 RefinementRecord RecordOf(const RunScene& scene, const Refinement& refinement,
                           double clock_zero_s) {
   RefinementRecord record;
@@ -139,7 +132,10 @@ ReadyRecording RefineRecording(const RunOptions& options,
       rate_hz /= static_cast<double>(step);
       used = OnGrid(used, step, std::llround(kLongestLagS * rate_hz));
     }
-    lags = LagsOf(scene, used, static_cast<int>(kLongestLagS * rate_hz));
+    const CameraRig& cameras = scene.model.cameras;
+    lags = SearchClocks(cameras, IdealPeople(used, cameras),
+                        static_cast<int>(kLongestLagS * rate_hz))
+               .lag_frames;
   }
   ReadyRecording ready;
   Refinement& refinement = ready.refinement.emplace();

@@ -122,6 +122,11 @@ class Turn {
   std::atomic<bool>* taken_;
 };
 
+// Whether the request selects neither this frame nor a later one.
+bool IsPast(const RunRequest& request, int64_t frame) {
+  return !request.frames.empty() && frame >= request.frames.back().end;
+}
+
 // Learns the presence threshold from the first frames of a recording, if it is
 // read twice anyway; the output of a single pass must not depend on later
 // frames.
@@ -138,13 +143,8 @@ RunScene WithPresence(RunScene scene, const RunOptions& options,
   DetectionFrame all_views;
   DetectionFrame used;
   for (int read = 0; read < kFramesToRead && source->Next(&all_views);) {
-    if (!ContainsFrame(request.frames, all_views.frame)) {
-      if (!request.frames.empty() &&
-          all_views.frame >= request.frames.back().end) {
-        break;
-      }
-      continue;
-    }
+    if (IsPast(request, all_views.frame)) break;
+    if (!ContainsFrame(request.frames, all_views.frame)) continue;
     if (read++ % kEvery != 0) continue;
     KeepUsedViews(scene, &all_views, &used);
     learner.See(used);
@@ -213,10 +213,6 @@ struct Session::Impl {
     Collect(&first_pass_);
     DecideIdentities();
     return Count(HasSecondPass() ? RunSecondPass() : std::move(first_pass_));
-  }
-
-  bool IsPastEnd(int64_t frame) const {
-    return !request_.frames.empty() && frame >= request_.frames.back().end;
   }
 
   void RequireUsable() const {
@@ -346,7 +342,7 @@ struct Session::Impl {
       return true;
     }
     DetectionFrame all_views;
-    while (source->Next(&all_views) && !IsPastEnd(all_views.frame)) {
+    while (source->Next(&all_views) && !IsPast(request_, all_views.frame)) {
       CountRead();
       if (!ContainsFrame(request_.frames, all_views.frame)) continue;
       KeepUsedViews(scene_, &all_views, frame);
@@ -407,15 +403,11 @@ struct Session::Impl {
       for (const PersonPose& person : frame.people) people_.insert(person.id);
     }
     summary_.people = static_cast<int64_t>(people_.size());
-    CountSolves();
-    return frames;
-  }
-
-  void CountSolves() {
     const GraphOptions& graph = options_.estimators.graph;
-    if (graph.ledger == nullptr) return;
+    if (graph.ledger == nullptr) return frames;
     summary_.solves = graph.ledger->Total();
     if (summary_.solves.solves > 0) summary_.solver = ToString(graph.solver);
+    return frames;
   }
 
   RunOptions options_;  // in the run's metres
@@ -512,7 +504,9 @@ std::vector<TrackFrame> Session::Process(const DetectionFrame& frame) {
 std::vector<TrackFrame> Session::Process(DetectionFrame&& frame) {
   return impl_->Process(&frame);
 }
-bool Session::IsPastEnd(int64_t frame) const { return impl_->IsPastEnd(frame); }
+bool Session::IsPastEnd(int64_t frame) const {
+  return IsPast(impl_->request_, frame);
+}
 std::vector<TrackFrame> Session::Finish() { return impl_->Finish(); }
 
 }  // namespace kinegraph

@@ -29,11 +29,6 @@ constexpr std::array<Limb, Limbs::kSided / 2> kLimbs = {
      {"shoulder", "elbow", kUpperArmShare},
      {"elbow", "wrist", kForearmShare}}};
 
-std::optional<Eigen::Vector3d> MiddleOf(const Pose3d& pose, int a, int b) {
-  if (!ObservedDistance(pose, a, b)) return std::nullopt;
-  return 0.5 * (pose[a].position_m + pose[b].position_m);
-}
-
 // Size of a subject [m]: the stature of a human. For other subjects, the median
 // distance of joints is multiplied by the ratio that holds for humans, whose
 // joints are 0.55 m apart at a stature of 1.7 m. The median over joints hardly
@@ -99,6 +94,12 @@ std::optional<double> ObservedDistance(const Pose3d& pose, int a, int b) {
   return (from.position_m - to.position_m).norm();
 }
 
+std::optional<Eigen::Vector3d> ObservedMiddle(const Pose3d& pose, int a,
+                                              int b) {
+  if (!ObservedDistance(pose, a, b)) return std::nullopt;
+  return 0.5 * (pose[a].position_m + pose[b].position_m);
+}
+
 double Limbs::ShareOf(size_t limb) {
   return limb < kSided ? kLimbs[limb / 2].share : kTrunkShare;
 }
@@ -123,7 +124,7 @@ std::array<std::optional<double>, Limbs::kCount> Limbs::LengthsOf(
     lengths_m[i] = ObservedDistance(pose, ends_[i].a, ends_[i].b);
   }
   const auto hips = MiddleOfHips(pose);
-  const auto shoulders = MiddleOf(pose, shoulders_.a, shoulders_.b);
+  const auto shoulders = ObservedMiddle(pose, shoulders_.a, shoulders_.b);
   if (hips && shoulders) lengths_m[kSided] = (*hips - *shoulders).norm();
   return lengths_m;
 }
@@ -142,7 +143,7 @@ std::optional<double> Limbs::HeightOf(const Pose3d& pose) const {
 }
 
 std::optional<Eigen::Vector3d> Limbs::MiddleOfHips(const Pose3d& pose) const {
-  return MiddleOf(pose, hips_.a, hips_.b);
+  return ObservedMiddle(pose, hips_.a, hips_.b);
 }
 
 SubjectGauge::SubjectGauge(CameraRig cameras, const Skeleton& detections,

@@ -22,6 +22,8 @@ namespace kinegraph {
 // follow from bones or predictions and carry no information about lengths.
 // nullopt for negative indices.
 std::optional<double> ObservedDistance(const Pose3d& pose, int a, int b);
+// The midpoint of two joints, under the same conditions.
+std::optional<Eigen::Vector3d> ObservedMiddle(const Pose3d& pose, int a, int b);
 
 // The limbs of a human skeleton; empty for other skeletons.
 class Limbs {
