@@ -71,14 +71,11 @@ class LagSearch {
     for (size_t i = 0; i < middles; ++i) {
       const size_t middle = i * views_ / middles;
       std::vector<int> lags(views_, 0);
-      for (const auto& [v, from] : WaysFrom(middle)) {
-        lags[v] = lags[from];
-        for (int lag = -max_lag_; lag <= max_lag_; ++lag) {
-          if (Of(from, v, lag - lags[from]) >
-              Of(from, v, lags[v] - lags[from]) + 1e-9) {
-            lags[v] = lag;
-          }
-        }
+      for (const auto& way : WaysFrom(middle)) {
+        const size_t from = way.second;
+        lags[way.first] = BestLag(lags[from], [&](int lag) {
+          return Of(from, way.first, lag - lags[from]);
+        });
       }
       for (bool changed = true; changed;) {
         changed = false;
@@ -157,14 +154,18 @@ class LagSearch {
   // Best lag of view v with the other views at `lags`; unchanged if none is
   // better.
   int BestLagOf(size_t v, const std::vector<int>& lags) const {
-    const auto score_at = [&](int lag) {
+    return BestLag(lags[v], [&](int lag) {
       double score = 0.0;
       for (size_t u = 0; u < views_; ++u) {
         if (u != v) score += Of(u, v, lag - lags[u]);
       }
       return score;
-    };
-    int best = lags[v];
+    });
+  }
+
+  // The lag with the best score; `best` if none is better than it.
+  template <typename Score>
+  int BestLag(int best, const Score& score_at) const {
     double best_score = score_at(best);
     for (int lag = -max_lag_; lag <= max_lag_; ++lag) {
       const double score = score_at(lag);
