@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/median.h"
+#include "core/base/weighted_quantile.h"
 #include "solvers/scene/plausible.h"
 
 namespace kinegraph {
@@ -327,20 +328,12 @@ class Warnings {
 }  // namespace
 
 double TypicalHeight(const std::vector<PersonReport>& people) {
-  std::vector<std::pair<double, int64_t>> heights;
-  int64_t frames = 0;
+  std::vector<WeightedValue> heights;
   for (const PersonReport& person : people) {
     if (person.height_m == 0.0) continue;
     heights.emplace_back(person.height_m, person.frames);
-    frames += person.frames;
   }
-  std::sort(heights.begin(), heights.end());
-  int64_t below = 0;
-  for (const auto& [height_m, own] : heights) {
-    below += own;
-    if (2 * below >= frames) return height_m;
-  }
-  return 0.0;
+  return heights.empty() ? 0.0 : WeightedQuantile(std::move(heights), 0.5);
 }
 
 int LeastJoints(const Skeleton& skeleton) {

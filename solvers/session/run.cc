@@ -2,7 +2,6 @@
 
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "core/io/configuration/config.h"
 #include "solvers/session/ready_recording.h"
@@ -62,8 +61,10 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
   asked.cameras = ready.cameras;
   if (ready.record.has_value()) asked.kept_matches = KeptMatches::kWeights;
   MemorySource source(recorded);
-  Session session(options, asked, recorded.header,
-                  [&] { return std::make_unique<MemorySource>(recorded); });
+  const SourceOpener reopen = [&] {
+    return std::make_unique<MemorySource>(recorded);
+  };
+  Session session(options, asked, recorded.header, reopen);
   if (progress) session.set_progress(progress);
   // Adds the effect of the cameras' uncertainty to the covariances, which
   // requires the matches.
@@ -73,17 +74,12 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
                                : nullptr;
   const bool keeps_matches =
       options.output.observations || request.kept_matches != KeptMatches::kNone;
+  UsedFrames used(session.scene(), reopen);
   TrackSequence tracks;
   tracks.header = session.scene().header;
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
-    const DetectionFrame* all = uncertainty == nullptr
-                                    ? nullptr
-                                    : FindDetectionFrame(recorded, frame.frame);
-    if (all != nullptr) {
-      DetectionFrame all_views = *all;
-      DetectionFrame seen;
-      KeepUsedViews(session.scene(), &all_views, &seen);
-      uncertainty->AddTo(seen, &frame);
+    if (uncertainty != nullptr) {
+      uncertainty->AddTo(*used.At(frame.frame), &frame);
     }
     for (PersonPose& person : frame.people) {
       if (!keeps_matches) person.matches.clear();
