@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "solvers/cameras/bundle.h"
-#include "solvers/cameras/refine.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/plausible.h"

@@ -121,15 +121,14 @@ const std::vector<Hypothesis>& Hypotheses();
 std::optional<Answer> AskForOtherImage(const SetUp& set_up);
 std::optional<Answer> AskForOtherRate(const SetUp& set_up);
 std::optional<Answer> AskForSides(const SetUp& set_up);
+// Whether changing one view's image, even by a small shift, increases its
+// agreement with the others.
+bool AMovedImageHelps(const SetUp& set_up);
 // readings.cc
 std::optional<Answer> AskForOtherReading(const SetUp& set_up);
 // breaks.cc
 std::optional<Answer> AskForBreak(const SetUp& set_up);
 std::optional<Answer> AskForJump(const SetUp& set_up);
-
-// Whether changing one view's image, even by a small shift, increases its
-// agreement with the others.
-bool AMovedImageHelps(const SetUp& set_up);
 // explain_residuals.cc
 std::optional<Answer> AskResiduals(const SetUp& set_up);
 

@@ -13,7 +13,6 @@
 
 #include "core/evaluation/statistics.h"
 #include "solvers/scene/hypothesis.h"
-#include "solvers/scene/plausible.h"
 
 namespace kinegraph {
 namespace {

@@ -9,7 +9,6 @@
 #define KINEGRAPH_SOLVERS_SESSION_RECORDING_REPORT_H_
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>

@@ -3,7 +3,6 @@
 #ifndef KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_
 #define KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_
 
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>

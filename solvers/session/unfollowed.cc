@@ -1,7 +1,6 @@
 #include "solvers/session/unfollowed.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "core/base/median.h"

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <utility>
 
 #include "core/base/error.h"
 #include "core/evaluation/mpjpe.h"
