@@ -157,14 +157,14 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
                              const std::vector<int>& frames);
 
 // A person on whom two views agree, triangulated [m]; joints as in ViewPeople.
-// PlacePeople uses all compared pairs of views, in as many of the frames as
-// yield about 1,500 people.
 struct PlacedPerson {
   int frame = 0;
   size_t view_a = 0;
   size_t view_b = 0;
   std::vector<std::optional<Eigen::Vector3d>> joints;
 };
+// From all compared pairs of views, in as many of the frames as yield about
+// 1,500 people.
 std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
                                       const std::vector<ViewPeople>& ideal,
                                       const std::vector<int>& frames);

@@ -70,21 +70,20 @@ void PresenceLearner::See(const DetectionFrame& frame) {
       ideal.back().push_back(IdealOf(one, cameras_[v]));
     }
   }
-  for (size_t a = 0; a < ideal.size(); ++a) {
-    for (size_t b = 0; b < ideal.size(); ++b) {
+  const auto views = static_cast<int>(ideal.size());
+  for (int a = 0; a < views; ++a) {
+    for (int b = 0; b < views; ++b) {
       if (a == b) continue;
       for (const Ideal& one : ideal[a]) {
         const Ideal* nearest = nullptr;
         double nearest_px = kOnePerson * one.size_px;
         for (const Ideal& other : ideal[b]) {
-          const double distance_px = SureDistance(static_cast<int>(a), one,
-                                                  static_cast<int>(b), other);
+          const double distance_px = SureDistance(a, one, b, other);
           if (distance_px >= nearest_px) continue;
           nearest = &other;
           nearest_px = distance_px;
         }
-        if (nearest == nullptr) continue;
-        Compare(static_cast<int>(a), one, static_cast<int>(b), *nearest);
+        if (nearest != nullptr) Compare(a, one, b, *nearest);
       }
     }
   }

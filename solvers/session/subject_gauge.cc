@@ -54,6 +54,13 @@ std::optional<double> SizeOf(const Pose3d& pose, const Limbs& limbs,
   return of_distance * Median(usual_m);
 }
 
+// Adds the size of a subject, if known. `metres`: per unit of the pose.
+void AddSize(const Pose3d& pose, const Limbs& limbs, bool is_human,
+             double metres, std::vector<double>* sizes_m) {
+  const double size_m = metres * SizeOf(pose, limbs, is_human).value_or(0.0);
+  if (size_m > 0.0 && std::isfinite(size_m)) sizes_m->push_back(size_m);
+}
+
 // The scale of humans is 1 unless their measured size is impossible.
 SubjectScale ScaleOfSizes(std::vector<double> sizes_m, bool is_human) {
   constexpr size_t kEnough = 10;
@@ -192,9 +199,7 @@ void SubjectGauge::See(const DetectionFrame& frame) {
       if (!placed.joints[j]) continue;
       pose[joints[j]] = {*placed.joints[j], JointStatus::kObserved};
     }
-    const auto size = SizeOf(pose, limbs_, is_human_);
-    const double size_m = cameras_m_ * size.value_or(0.0);
-    if (size_m > 0.0 && std::isfinite(size_m)) now_m.push_back(size_m);
+    AddSize(pose, limbs_, is_human_, cameras_m_, &now_m);
   }
   if (looks_++ == 0) begun_ = frame.time;
   measured_ += now_m.empty() ? 0 : 1;
@@ -231,9 +236,7 @@ SubjectScale ScaleOf(const TrackSequence& tracks) {
   std::vector<double> sizes_m;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) {
-      const double size_m =
-          SizeOf(person.joints, limbs, is_human).value_or(0.0);
-      if (size_m > 0.0 && std::isfinite(size_m)) sizes_m.push_back(size_m);
+      AddSize(person.joints, limbs, is_human, 1.0, &sizes_m);
     }
   }
   return ScaleOfSizes(std::move(sizes_m), is_human);
