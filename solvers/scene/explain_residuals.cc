@@ -471,8 +471,8 @@ class Explainer {
   }
 
   bool IsLate(size_t view, const BundleResult& fit, int place) const {
-    const double rate_hz = set_up_.detections.header.frame_rate_hz;
-    return kinegraph::IsLate(fit, view, place, 1.0 / std::max(1.0, rate_hz),
+    return kinegraph::IsLate(fit, view, place,
+                             1.0 / std::max(1.0, set_up_.rate_hz),
                              segments_.span_s);
   }
 
