@@ -52,12 +52,10 @@ DetectionSequence Clocked(const RunScene& scene, const RefinementRecord& record,
 
 // Whether parameters of cameras, not only of clocks, were estimated.
 bool EstimatesCameras(const Refinement& refinement) {
-  for (const std::vector<int>& places : refinement.places) {
-    for (const int place : places) {
-      if (place != kOffsetAt && place != kDriftAt) return true;
-    }
-  }
-  return false;
+  return std::any_of(refinement.places.begin(), refinement.places.end(),
+                     [](const std::vector<int>& places) {
+                       return FreeParameters::At(places).any_camera();
+                     });
 }
 
 // Adds the uncertainty of `recorded` to `record`, for parameters of its cameras

@@ -125,8 +125,7 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
     run.tracks.frames.push_back(std::move(frame));
   });
   run.scale = session.scale();
-  CameraRig& cameras = run.scene.model.cameras;
-  cameras = run.scale.IntoRun(cameras);
+  run.scene.model.cameras = run.scale.IntoRun(run.scene.model.cameras);
   if (!run.tracks.frames.empty()) {
     run.first_frame = run.tracks.frames.front().frame;
   }

@@ -10,7 +10,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kOften = 0.2;  // fraction of the frames
 // Much longer than an entering person takes to be confirmed (by default
 // 0.08 s).
 constexpr double kLeastS = 3.0;
@@ -129,19 +128,17 @@ bool UnfollowedPeople::IsLong(const Chain& chain) const {
   return static_cast<double>(chain.frames) * step_s >= kLeastS;
 }
 
-bool UnfollowedPeople::IsOften(const Chain& chain) const {
-  return IsLong(chain) && static_cast<double>(chain.frames) >=
-                              kOften * static_cast<double>(frames_);
-}
-
 std::vector<UnfollowedPerson> UnfollowedPeople::Often() const {
+  constexpr double kOften = 0.2;  // fraction of the frames
   std::vector<UnfollowedPerson> often;
   for (const std::vector<Chain>* chains : {&chains_, &ended_}) {
     for (const Chain& chain : *chains) {
-      if (!IsOften(chain)) continue;
+      const auto frames = static_cast<double>(chain.frames);
+      if (!IsLong(chain) || frames < kOften * static_cast<double>(frames_)) {
+        continue;
+      }
       often.push_back(chain.person);
-      often.back().share =
-          static_cast<double>(chain.frames) / static_cast<double>(frames_);
+      often.back().share = frames / static_cast<double>(frames_);
     }
   }
   std::sort(often.begin(), often.end(),

@@ -53,7 +53,6 @@ class UnfollowedPeople {
   void Continue(const Eigen::AlignedBox2d& box, size_t view,
                 const DetectionFrame& seen);
   bool IsLong(const Chain& chain) const;
-  bool IsOften(const Chain& chain) const;
 
   const CameraRig& cameras_;
   const std::vector<int> map_;
