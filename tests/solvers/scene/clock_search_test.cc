@@ -64,31 +64,6 @@ TEST(OnGrid, FillsGapsAndShortensLongOnes) {
   EXPECT_EQ(UsualStep(seen.frames), 1) << "5 and 2";
 }
 
-// ---- Realigned recordings ----
-
-TEST(Realigned, ShiftsEachViewByTheLag) {
-  const CameraRig cameras = testing::RingOfCameras(3);
-  const DetectionSequence seen = Movers(cameras);
-  const std::vector<int> lags = {0, 4, -3};
-  const DetectionSequence moved = Realigned(seen, lags);
-  ASSERT_EQ(moved.frames.size(), seen.frames.size());
-  for (int k = 0; k < kClockFrames; ++k) {
-    EXPECT_EQ(moved.frames[k].frame, k);
-    EXPECT_EQ(moved.frames[k].time, seen.frames[k].time);
-    for (size_t v = 0; v < 3; ++v) {
-      const auto& detections = moved.frames[k].views[v].detections;
-      const int from = k + lags[v];
-      if (from < 0 || from >= kClockFrames) {
-        EXPECT_THAT(detections, IsEmpty());
-        continue;
-      }
-      ASSERT_EQ(detections.size(), 2u);
-      EXPECT_EQ(detections[0].joints[9].px,
-                seen.frames[from].views[v].detections[0].joints[9].px);
-    }
-  }
-}
-
 // ---- Lags ----
 
 // Exact joints agree at a single lag only.

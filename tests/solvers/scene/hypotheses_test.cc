@@ -281,14 +281,9 @@ TEST(Hypotheses, ViewsWithHardlyAnyMatchesAreExcluded) {
 
 // ---- Helpers ----
 
-TEST(Hypotheses, SharedDividesConfidenceAndAnswerWithHoldsOneFinding) {
+TEST(Hypotheses, SharedDividesConfidence) {
   EXPECT_DOUBLE_EQ(Shared(1.0, 1), 0.95);
   EXPECT_DOUBLE_EQ(Shared(0.9, 2), 0.45);
-  const Answer said = AnswerWith({"unit", "cam1", 0.5, 1.0, 2.0, "a", "b"});
-  ASSERT_EQ(said.findings.size(), 1u);
-  EXPECT_EQ(said.findings[0].camera, "cam1");
-  EXPECT_FALSE(said.cameras.has_value());
-  EXPECT_FALSE(said.detections.has_value());
 }
 
 TEST(Hypotheses, ExchangingSidesTwiceRestoresThem) {
