@@ -8,6 +8,7 @@
 
 #include "core/skeleton/anthropometry.h"
 #include "core/skeleton/body_joints.h"
+#include "solvers/factors/jacobian.h"
 
 namespace kinegraph {
 namespace {
@@ -24,14 +25,18 @@ struct NormalEquations {
   int views = 0;
 };
 
+// At the position of `at` and, because cameras capture at different times, with
+// its velocity.
 NormalEquations Linearise(const JointChain& chain, size_t k,
-                          double inlier_weight, const Vector3d& at) {
+                          double inlier_weight, const State& at) {
   NormalEquations sum;
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
     const PixelMeasurement& measurement = chain.measurements[m];
     if (measurement.gated || measurement.weight < inlier_weight) continue;
+    Vector3d seen_m;
+    PointAt(at.data(), measurement.offset_s, seen_m.data());
     Matrix23d jacobian;
-    const auto image = measurement.camera->Project(at, &jacobian);
+    const auto image = measurement.camera->Project(seen_m, &jacobian);
     if (!image.has_value()) continue;
     const double sigma = measurement.sigma_px;
     const Eigen::Vector2d residual =
@@ -67,12 +72,10 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
                                  double inlier_weight, double interval_s) {
   // Gauss-Newton from the estimate, which is close.
   constexpr int kSteps = 3;
-  BoneEnd end;
-  end.estimate_m = chain.states[k].head<3>();
-  end.position_m = end.estimate_m;
+  State at = chain.states[k];
   NormalEquations sum;
   for (int step = 0; step < kSteps; ++step) {
-    sum = Linearise(chain, k, inlier_weight, end.position_m);
+    sum = Linearise(chain, k, inlier_weight, at);
     if (sum.views < 2) return std::nullopt;
     const Eigen::LDLT<Matrix3d> factor(sum.information);
     // A standard deviation of ten metres counts as undetermined.
@@ -80,8 +83,11 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
     if (!factor.isPositive() || !(factor.vectorD().minCoeff() > kOpen)) {
       return std::nullopt;
     }
-    end.position_m -= factor.solve(sum.gradient);
+    at.head<3>() -= factor.solve(sum.gradient);
   }
+  BoneEnd end;
+  end.estimate_m = chain.states[k].head<3>();
+  end.position_m = at.head<3>();
   if (!end.position_m.allFinite()) return std::nullopt;
   end.covariance_m2 = sum.information.ldlt().solve(Matrix3d::Identity());
   end.square = sum.square;

@@ -489,6 +489,24 @@ TEST_F(BoneEndsTest, AreAtTriangulatedPositions) {
   EXPECT_LT(look->added_m, 0.001);
 }
 
+TEST_F(BoneEndsTest, UseTheTimeOfEachView) {
+  const Vector3d position(0.2, 0.1, 1.0);
+  const Vector3d velocity(2.0, -1.0, 0.5);
+  for (const int joint : {0, 1}) See(joint, position, 4);
+  JointChain& chain = problem_.joints[0];
+  chain.states[0].tail<3>() = velocity;
+  for (size_t v = 0; v < chain.measurements.size(); ++v) {
+    PixelMeasurement& measurement = chain.measurements[v];
+    measurement.offset_s = 0.01 * static_cast<double>(v);
+    measurement.px = *measurement.camera->Project(
+        position + measurement.offset_s * velocity);
+  }
+  const auto ends = LocateBoneEnds(problem_, 0, 0.25, 0.04);
+  ASSERT_TRUE(ends[0].has_value());
+  EXPECT_LT((ends[0]->position_m - position).norm(), 1e-6);
+  EXPECT_LT(ends[0]->square, 1e-6);
+}
+
 TEST_F(BoneEndsTest, NeedTwoInlierViews) {
   See(0, Vector3d(0.2, 0.1, 1.0), 3);
   See(1, Vector3d(0.1, 0.1, 0.6), 1);
