@@ -188,24 +188,19 @@ void BiasSeries::AddAzimuth(int view_idx, double azimuth) {
   ++azimuths_[view_idx][sector];
 }
 
-// The range of azimuths in degrees: the median over cameras of the number of
-// sectors that each has seen more than a few times.
-double BiasSeries::AzimuthDegrees() const {
-  std::vector<int> seen;
+std::vector<WeightedValue> BiasSeries::SectorsSeen() const {
+  std::vector<WeightedValue> seen;
   for (const auto& sectors : azimuths_) {
     const int64_t total =
         std::accumulate(sectors.begin(), sectors.end(), int64_t{0});
     if (total == 0) continue;
     const int64_t few = total / (10 * kSectors);
-    seen.push_back(static_cast<int>(
+    seen.emplace_back(
         std::count_if(sectors.begin(), sectors.end(),
-                      [few](int64_t count) { return count > few; })));
+                      [few](int64_t count) { return count > few; }),
+        1.0);
   }
-  if (seen.empty()) return 0.0;
-  const auto middle =
-      seen.begin() + static_cast<std::ptrdiff_t>((seen.size() - 1) / 2);
-  std::nth_element(seen.begin(), middle, seen.end());
-  return *middle * 360.0 / kSectors;
+  return seen;
 }
 
 void BiasSeries::RemoveShifts() {
@@ -277,15 +272,17 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
 
 ViewBias BiasSeries::Fit(bool always) const {
   ViewBias bias;
-  bias.azimuth_deg = AzimuthDegrees();
-  // Required range of viewing directions per camera (median over cameras): 180
-  // degrees if shifts of the cameras could be confused with a bias. With shifts
-  // removed, the cameras together must cover 360 degrees, the median
+  // Range of viewing directions of the median camera, and the required range:
+  // 180 degrees if shifts of the cameras could be confused with a bias. With
+  // shifts removed, the cameras together must cover 360 degrees, the median
   // camera at least 90.
+  const std::vector<WeightedValue> seen = SectorsSeen();
+  if (!seen.empty()) {
+    bias.azimuth_deg = WeightedQuantile(seen, 0.5) * 360.0 / kSectors;
+  }
   const double least_deg =
-      shifts_away_
-          ? std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()))
-          : 180.0;
+      shifts_away_ ? std::max(90.0, 360.0 / static_cast<double>(seen.size()))
+                   : 180.0;
   for (size_t i = 0; i < classes_.size(); ++i) {
     ViewBias::OfJoint& joint = bias.joints.emplace_back(FitJoint(i, always));
     joint.joint = names_[i];

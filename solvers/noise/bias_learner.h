@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/time.h"
+#include "core/base/weighted_quantile.h"
 #include "core/data/view_bias.h"
 #include "core/geometry/camera.h"
 #include "solvers/graph/assembler.h"
@@ -121,7 +122,9 @@ class BiasSeries {
   static constexpr size_t kMostBlocks = 32;
   static constexpr int kSectors = 24;
   void JoinNeighbours();
-  double AzimuthDegrees() const;
+  // For each camera that has seen people, the number of sectors in which it has
+  // seen them more than a few times; each of weight 1.
+  std::vector<WeightedValue> SectorsSeen() const;
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 
   std::vector<std::string> names_;
