@@ -12,8 +12,6 @@
 namespace kinegraph {
 namespace {
 
-using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
-
 // Strength of the prior at zero, in independent observations of mean weight, by
 // class: large where the bias was small compared with the noise of real
 // detections.
@@ -133,10 +131,9 @@ BiasVector SolveBias(const BiasSums& sums, double ridge) {
     diagonal[i] = ridge * mean_weight * std::max(square, 1e-4);
     diagonal[i + kViewFeatureCount] = diagonal[i];
   }
-  Eigen::Matrix<double, kBiasSize, kBiasSize> regular = sums.A;
+  auto regular = sums.A;
   regular.diagonal() += diagonal;
-  const Eigen::LDLT<Eigen::Matrix<double, kBiasSize, kBiasSize>> factor(
-      regular);
+  const Eigen::LDLT<decltype(regular)> factor(regular);
   BiasVector bias = factor.solve(sums.g);
   const Eigen::Matrix<double, kBiasSize, 3> pull = factor.solve(sums.offset);
   const Eigen::Matrix3d stiffness = sums.offset.transpose() * pull;
@@ -353,7 +350,7 @@ void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
   for (size_t k = 0; k < solved.times.size(); ++k) {
     const TimeNs time = solved.times[k];
     if (looked.has_value() && time - *looked < look_after) continue;
-    const auto stance = joints.FrameOf([&](int j) {
+    const auto stance = joints.StanceOf([&](int j) {
       return std::optional<Eigen::Vector3d>(
           solved.joints[j].states[k].head<3>());
     });
@@ -403,7 +400,7 @@ void WriteBias(const BiasJoints& joints, const ViewBias& bias,
   std::vector<std::optional<BodyStance>> stances;
   for (size_t k = 0; k < records.size(); ++k) {
     stances.push_back(
-        joints.FrameOf([&](int j) -> std::optional<Eigen::Vector3d> {
+        joints.StanceOf([&](int j) -> std::optional<Eigen::Vector3d> {
           const auto joint = static_cast<size_t>(j);
           if (!records[k].triangulated[joint]) return std::nullopt;
           return Eigen::Vector3d(recording->joints[joint].states[k].head<3>());

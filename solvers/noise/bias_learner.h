@@ -18,11 +18,12 @@
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/problem.h"
 #include "solvers/noise/bias_model.h"
-#include "solvers/noise/pixel_noise.h"
+#include "solvers/noise/learnt_noise.h"
 
 namespace kinegraph {
 
 inline constexpr int kBiasSize = 2 * kViewFeatureCount;
+using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
 
 // Normal equations of one joint's coefficients. With residuals r = u -
 // project(X) at the solution's positions X and directions D, whitened,
@@ -37,7 +38,7 @@ inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 // written position is that of the joint as the detector defines it.
 struct BiasSums {
   Eigen::Matrix<double, kBiasSize, kBiasSize> A = decltype(A)::Zero();
-  Eigen::Matrix<double, kBiasSize, 1> g = decltype(g)::Zero();
+  BiasVector g = BiasVector::Zero();
   Eigen::Matrix<double, kBiasSize, 3> offset = decltype(offset)::Zero();
   Eigen::Matrix<double, kViewFeatureCount, 1> feature_squares =  // weighted
       decltype(feature_squares)::Zero();
@@ -53,9 +54,9 @@ struct BiasSums {
   // shift of this camera's images.
   struct OfView {
     Eigen::Matrix<double, kBiasSize, 2> cross =
-        Eigen::Matrix<double, kBiasSize, 2>::Zero();  // D' S
-    Eigen::Vector2d pull = Eigen::Vector2d::Zero();   // S' r
-    double weight = 0.0;                              // S' S [1/px^2]
+        decltype(cross)::Zero();                     // D' S
+    Eigen::Vector2d pull = Eigen::Vector2d::Zero();  // S' r
+    double weight = 0.0;                             // S' S [1/px^2]
   };
   std::vector<OfView> views;
 
@@ -85,8 +86,7 @@ double IndependentShare(const ErrorCorrelation& correlation, double period_s);
 
 // The ridge solution that does not displace the joint. `ridge`: a number of
 // independent observations of mean weight.
-Eigen::Matrix<double, kBiasSize, 1> SolveBias(const BiasSums& sums,
-                                              double ridge);
+BiasVector SolveBias(const BiasSums& sums, double ridge);
 
 // Sums over segments of a recording, which alternate between its two halves.
 // For recordings of any length: if there are too many segments, neighbours are
