@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 #include "core/skeleton/anthropometry.h"
 #include "core/skeleton/body_joints.h"
@@ -127,10 +128,11 @@ bool SameBone(const Bone& x, int a, int b) {
   return (x.a == a && x.b == b) || (x.a == b && x.b == a);
 }
 
-std::optional<double> PopulationLength(const std::string& joint_a,
-                                       const std::string& joint_b) {
-  const std::string a = WithoutSide(joint_a);
-  const std::string b = WithoutSide(joint_b);
+std::optional<double> PopulationLength(const Skeleton& skeleton,
+                                       const Bone& bone) {
+  if (!IsHuman(skeleton)) return std::nullopt;
+  const std::string a = WithoutSide(skeleton.joints()[bone.a]);
+  const std::string b = WithoutSide(skeleton.joints()[bone.b]);
   for (const NamedLength& known : kPopulation) {
     if ((a == known.a && b == known.b) || (a == known.b && b == known.a)) {
       return known.length_m;
@@ -141,8 +143,8 @@ std::optional<double> PopulationLength(const std::string& joint_a,
 
 std::vector<Bone> RigidPairs(const Skeleton& skeleton) {
   std::vector<Bone> pairs = skeleton.bones();
-  std::vector<int> head;
   if (!IsHuman(skeleton)) return pairs;
+  std::vector<int> head;
   for (const char* joint : {"nose", "l_eye", "r_eye", "l_ear", "r_ear"}) {
     const int index = skeleton.IndexOf(joint);
     if (index >= 0) head.push_back(index);

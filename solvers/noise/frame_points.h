@@ -82,7 +82,6 @@ class ConfidenceLearner {
 struct FramePoint {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  std::vector<double> weights;  // by view of the triangulator
 };
 
 // Triangulates the measurements of single frames. Ignores that views are
