@@ -16,10 +16,7 @@ namespace {
 class SplineSystem {
  public:
   SplineSystem(const std::vector<double>& times_s, const Samples& values)
-      : count_(values.rows()),
-        step_s_((times_s.back() - times_s.front()) /
-                static_cast<double>(times_s.size() - 1)),
-        h_(count_ - 1) {
+      : count_(values.rows()), step_s_(MeanStep(times_s)), h_(count_ - 1) {
     for (Eigen::Index i = 0; i + 1 < count_; ++i) {
       const size_t k = static_cast<size_t>(i);
       h_(i) = (times_s[k + 1] - times_s[k]) / step_s_;
