@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "solvers/filters/banded.h"
-#include "solvers/filters/smoothing_spline.h"
 
 namespace kinegraph {
 namespace {
@@ -46,26 +45,12 @@ class LinearCurve : public PenalisedCurve {
   LinearCurve(double step, Eigen::Index unknowns, int width)
       : PenalisedCurve(step), unknowns_(unknowns), width_(width) {}
 
-  double Gcv(double lambda) const final {
-    const BandedLeastSquares system = System(lambda);
-    const Samples x = system.Solve();
-    const Eigen::MatrixXd inverse = system.InverseBands();
-    double misfit = 0.0;
-    double trace = static_cast<double>(data_.size());
-    for (size_t i = 0; i < data_.size(); ++i) {
-      const auto& [first, row] = data_[i];
-      const Eigen::Index n = row.size();
-      misfit += (values_.col(static_cast<Eigen::Index>(i)) -
-                 x.middleRows(first, n).transpose() * row)
-                    .squaredNorm();
-      for (Eigen::Index a = 0; a < n; ++a) {
-        for (Eigen::Index b = 0; b < n; ++b) {
-          trace -= row(a) * row(b) *
-                   inverse(std::abs(a - b), first + std::min(a, b));
-        }
-      }
-    }
-    return static_cast<double>(data_.size()) * misfit / (trace * trace);
+  double BestLambda() const final {
+    // Searches the cut-off on a logarithmic grid, ten steps per decade.
+    const double log_cutoff = LeastOnGrid(
+        -3.0, std::log10(0.5), 0.1,
+        [this](double x) { return Gcv(LambdaOfFrames(std::pow(10.0, x))); });
+    return LambdaOfFrames(std::pow(10.0, log_cutoff));
   }
 
  protected:
@@ -105,6 +90,28 @@ class LinearCurve : public PenalisedCurve {
   Eigen::MatrixXd values_;            // a column per sample
 
  private:
+  double Gcv(double lambda) const {
+    const BandedLeastSquares system = System(lambda);
+    const Samples x = system.Solve();
+    const Eigen::MatrixXd inverse = system.InverseBands();
+    double misfit = 0.0;
+    double trace = static_cast<double>(data_.size());
+    for (size_t i = 0; i < data_.size(); ++i) {
+      const auto& [first, row] = data_[i];
+      const Eigen::Index n = row.size();
+      misfit += (values_.col(static_cast<Eigen::Index>(i)) -
+                 x.middleRows(first, n).transpose() * row)
+                    .squaredNorm();
+      for (Eigen::Index a = 0; a < n; ++a) {
+        for (Eigen::Index b = 0; b < n; ++b) {
+          trace -= row(a) * row(b) *
+                   inverse(std::abs(a - b), first + std::min(a, b));
+        }
+      }
+    }
+    return static_cast<double>(data_.size()) * misfit / (trace * trace);
+  }
+
   Eigen::Index unknowns_;
   int width_;
 };
@@ -243,13 +250,8 @@ class CubicCurve final : public PenalisedCurve {
         samples_(std::move(samples)) {}
 
   Samples Fit(double lambda, CurveDerivatives* derivatives) const override {
-    return SmoothingSpline(
-        lambda * Cube(), samples_.times, samples_.values, times_s_,
-        derivatives == nullptr ? nullptr : &derivatives->first,
-        derivatives == nullptr ? nullptr : &derivatives->second);
-  }
-  double Gcv(double lambda) const override {
-    return GcvScore(lambda * Cube(), samples_.times, samples_.values);
+    return SmoothingSpline(lambda * Cube(), samples_.times, samples_.values,
+                           times_s_, derivatives);
   }
   double BestLambda() const override {
     return ChooseLambdaByGcv(samples_.times, samples_.values) / Cube();
@@ -257,8 +259,11 @@ class CubicCurve final : public PenalisedCurve {
 
  private:
   double Cube() const { return step() * step() * step(); }
+  // Far below the frame rate the gain is 1 / (1 + lambda (2 pi f)^4) (Craven
+  // and Wahba 1979).
   double LambdaOfFrames(double cutoff) const override {
-    return LambdaOfCutoff(cutoff, 1.0);
+    const double w = 2.0 * M_PI * cutoff;
+    return 1.0 / (w * w * w * w);
   }
   double CutoffInFrames(double lambda) const override {
     return std::pow(lambda, -0.25) / (2.0 * M_PI);
@@ -289,14 +294,6 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
     const Samples& values) {
   return std::make_unique<CubicCurve>(times,
                                       SampledRowsOf(times, sampled, values));
-}
-
-double PenalisedCurve::BestLambda() const {
-  // Searches the cut-off on a logarithmic grid, ten steps per decade.
-  const double log_cutoff = LeastOnGrid(
-      -3.0, std::log10(0.5), 0.1,
-      [this](double x) { return Gcv(LambdaOfFrames(std::pow(10.0, x))); });
-  return LambdaOfFrames(std::pow(10.0, log_cutoff));
 }
 
 // ---- Trend filtering ----
