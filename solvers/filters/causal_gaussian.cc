@@ -7,8 +7,6 @@
 #include <deque>
 #include <utility>
 
-#include "core/tracking/estimator.h"
-
 namespace kinegraph {
 namespace {
 
@@ -49,7 +47,8 @@ class CausalGaussian final : public Estimator {
   }
 
   const Pose3d& Last() const override {
-    return stored_.empty() ? kNoPose : stored_.back().pose;
+    static const Pose3d kNone;
+    return stored_.empty() ? kNone : stored_.back().pose;
   }
 
   TimeNs LastTime() const override {
@@ -172,8 +171,6 @@ class CausalGaussian final : public Estimator {
     if (moving > 0) body_velocity_ = body / moving;
   }
 
-  static const Pose3d kNoPose;
-
   CausalGaussianOptions options_;
   FrameClock clock_;
   KeptMatches kept_matches_;
@@ -188,8 +185,6 @@ class CausalGaussian final : public Estimator {
   std::vector<TimeNs> last_triangulated_;
   std::vector<FinalPose> finals_;
 };
-
-const Pose3d CausalGaussian::kNoPose;
 
 }  // namespace
 

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 namespace kinegraph {
@@ -282,6 +283,10 @@ Samples FiltFilt(const std::vector<FilterSection>& sections,
   return filtered;
 }
 
+namespace {
+
+// Filters the differences from value to value and sums them up again; the sum
+// is shifted to the mean of the values. Fewer than three values are unchanged.
 Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
                 const Samples& values) {
   const Eigen::Index steps = values.rows() - 1;
@@ -292,8 +297,6 @@ Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
   for (Eigen::Index i = 1; i <= steps; ++i) sums.row(i) += sums.row(i - 1);
   return sums.rowwise() + (values.colwise().mean() - sums.colwise().mean());
 }
-
-namespace {
 
 // `sections` designs one pass for a cut-off.
 LowPass TwoPasses(

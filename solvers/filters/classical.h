@@ -2,8 +2,6 @@
 #ifndef KINEGRAPH_SOLVERS_FILTERS_CLASSICAL_H_
 #define KINEGRAPH_SOLVERS_FILTERS_CLASSICAL_H_
 
-#include <cstdint>
-#include <functional>
 #include <vector>
 
 #include "solvers/filters/cutoff.h"
@@ -83,11 +81,6 @@ double TwoPassCutoff(int order, double cutoff_hz, double rate_hz);
 // filter of order n is 3 (n + 1)).
 Samples FiltFilt(const std::vector<FilterSection>& sections,
                  const Samples& values, int padding);
-
-// Filters the differences from value to value and sums them up again; the sum
-// is shifted to the mean of the values. Fewer than three values are unchanged.
-Samples OnSpeed(const std::function<Samples(const Samples&)>& filter,
-                const Samples& values);
 
 // Two passes of ButterworthLowPass, padded by scipy's rule, applied to the
 // signal that `options.on` selects. Ignores `options.choice` and

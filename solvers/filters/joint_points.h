@@ -23,7 +23,7 @@ struct JointPoint {
 
 // Points of one person. A joint has a point in a frame if two or more of the
 // frame's own views support it: views that the joints filter kept, or that have
-// at least inlier_weight in the robust triangulation. Views of older frames are
+// at least kInlierWeight in the robust triangulation. Views of older frames are
 // not used.
 //
 // Sigmas (PixelSigma) refer to the depth of the person's last initial pose.

@@ -3,6 +3,7 @@
 #define KINEGRAPH_SOLVERS_FILTERS_JOINT_SEGMENT_H_
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -13,6 +14,32 @@ namespace kinegraph {
 
 // One row per time, one column per coordinate.
 using Samples = Eigen::MatrixXd;
+
+// The mean step between ascending times, two or more.
+inline double MeanStep(const std::vector<double>& times) {
+  return (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+}
+
+// The times that are `sampled`, and the rows of values there.
+struct SampledRows {
+  std::vector<double> times;
+  Samples values;
+};
+inline SampledRows SampledRowsOf(const std::vector<double>& times,
+                                 const std::vector<char>& sampled,
+                                 const Samples& values) {
+  SampledRows rows;
+  rows.values.resize(values.rows(), values.cols());
+  for (size_t i = 0; i < times.size(); ++i) {
+    if (!sampled[i]) continue;
+    rows.values.row(static_cast<Eigen::Index>(rows.times.size())) =
+        values.row(static_cast<Eigen::Index>(i));
+    rows.times.push_back(times[i]);
+  }
+  rows.values.conservativeResize(static_cast<Eigen::Index>(rows.times.size()),
+                                 Eigen::NoChange);
+  return rows;
+}
 
 // One entry per frame, from the first sample of the joint to the last; both
 // ends are samples.
@@ -32,7 +59,7 @@ struct JointSegment {
 struct SegmentEstimate {
   Samples positions_m;  // n x 3
   // One per frame [m^2]; empty for methods without covariances.
-  std::vector<std::optional<Eigen::Matrix3d>> covariances_m2;
+  std::vector<std::optional<Eigen::Matrix3d>> covariances_m2 = {};
   // Per coordinate, the cut-off chosen by a rule [Hz]; empty if no rule was
   // used.
   std::vector<double> cutoffs_hz = {};

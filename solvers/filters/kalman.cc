@@ -73,15 +73,14 @@ struct FilterRun {
 };
 
 template <int kSize>
-Belief<kSize> FirstBelief(const PointModel& model,
-                          const JointSegment& segment) {
+Belief<kSize> FirstBelief(const JointSegment& segment) {
   Belief<kSize> belief;
   belief.mean.setZero();
   belief.mean.template head<3>() = segment.positions_m.row(0).transpose();
   belief.covariance.setZero();
   belief.covariance.template topLeftCorner<3, 3>() = segment.covariances_m2[0];
   for (int d = 1; d < kSize / 3; ++d) {
-    const double sigma = model.start_sigmas[d - 1];
+    const double sigma = PointModel::kStartSigmas[d - 1];
     belief.covariance.template block<3, 3>(3 * d, 3 * d)
         .diagonal()
         .setConstant(sigma * sigma);
@@ -97,7 +96,7 @@ FilterRun<kSize> RunFilter(const PointModel& model,
   run.filtered.resize(count);
   run.predicted.resize(count);
   run.transitions.resize(count);
-  Belief<kSize> belief = FirstBelief<kSize>(model, segment);
+  Belief<kSize> belief = FirstBelief<kSize>(segment);
   run.filtered[0] = belief;
   for (size_t k = 1; k < count; ++k) {
     const double dt_s = segment.times_s[k] - segment.times_s[k - 1];
@@ -227,8 +226,6 @@ PointModel ModelOf(const KalmanOptions& options, JointClass joint_class) {
   model.derivatives = velocity ? 2 : 3;
   model.power = options.process_noise_scale *
                 ((velocity ? kOfAcceleration : kOfJerk_per_s2) * power);
-  // Uncertainty of a segment's first sample besides its position: m/s, m/s^2.
-  model.start_sigmas = {3.0, 30.0};
   return model;
 }
 

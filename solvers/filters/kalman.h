@@ -2,11 +2,10 @@
 #ifndef KINEGRAPH_SOLVERS_FILTERS_KALMAN_H_
 #define KINEGRAPH_SOLVERS_FILTERS_KALMAN_H_
 
-#include <vector>
+#include <array>
 
 #include "solvers/filters/joint_segment.h"
 #include "solvers/filters/options.h"
-#include "solvers/graph/options.h"
 
 namespace kinegraph {
 
@@ -17,8 +16,9 @@ namespace kinegraph {
 // Navigation, sections 6.2.2 and 6.2.3).
 struct PointModel {
   int derivatives = 2;
-  double power = 1.0;                     // m^2/s^3, or m^2/s^5
-  std::vector<double> start_sigmas = {};  // of the derivatives, m/s, m/s^2
+  double power = 1.0;  // m^2/s^3, or m^2/s^5
+  // Uncertainty of the derivatives at a segment's first sample: m/s, m/s^2.
+  static constexpr std::array<double, 2> kStartSigmas = {3.0, 30.0};
 };
 
 // Estimates at every time of the segment. The first sample, which must exist,

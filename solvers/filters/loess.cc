@@ -3,20 +3,11 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/base/weighted_quantile.h"
 
 namespace kinegraph {
-namespace {
-
-// For an even number the mean of the middle two, as is customary for LOESS.
-double MedianResidual(Eigen::VectorXd residuals) {
-  std::sort(residuals.begin(), residuals.end());
-  const Eigen::Index middle = residuals.size() / 2;
-  return residuals.size() % 2 == 1
-             ? residuals(middle)
-             : 0.5 * (residuals(middle - 1) + residuals(middle));
-}
-
-}  // namespace
 
 Samples Loess(int neighbours, int degree, int iterations,
               const std::vector<double>& times, const Samples& values,
@@ -61,7 +52,9 @@ Samples Loess(int neighbours, int degree, int iterations,
   for (int i = 0; i < iterations; ++i) {
     const Eigen::VectorXd residuals =
         (values - fit(times, robust)).rowwise().norm();
-    const double limit = 6.0 * MedianResidual(residuals);
+    std::vector<WeightedValue> lengths;
+    for (const double residual : residuals) lengths.emplace_back(residual, 1.0);
+    const double limit = 6.0 * WeightedMedian(std::move(lengths));
     if (!(limit > 0.0)) break;  // at least half of the residuals are zero
     for (Eigen::Index j = 0; j < count; ++j) {
       const double share = std::min(1.0, residuals(j) / limit);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -254,24 +253,8 @@ double RateOf(const std::vector<double>& times_s, double nominal_hz) {
   return std::abs(own_hz / nominal_hz - 1.0) <= kAgree ? nominal_hz : own_hz;
 }
 
-// The sampled frames of a segment.
-struct SampledRows {
-  std::vector<double> times_s;
-  Samples values;
-};
-
 SampledRows SamplesOf(const JointSegment& segment) {
-  SampledRows rows;
-  rows.values.resize(segment.positions_m.rows(), segment.positions_m.cols());
-  Eigen::Index count = 0;
-  for (size_t i = 0; i < segment.times_s.size(); ++i) {
-    if (!segment.sampled[i]) continue;
-    rows.times_s.push_back(segment.times_s[i]);
-    rows.values.row(count++) =
-        segment.positions_m.row(static_cast<Eigen::Index>(i));
-  }
-  rows.values.conservativeResize(count, Eigen::NoChange);
-  return rows;
+  return SampledRowsOf(segment.times_s, segment.sampled, segment.positions_m);
 }
 
 // Expands values of samples to all frames; frames between samples hold the last
@@ -320,7 +303,7 @@ SegmentFilter Recursive(const std::string& name,
     };
     const Samples& values = segment.positions_m;
     if (options.choice == CutoffChoice::kFixed) {
-      return {low_pass.filter(options.cutoff_hz, values), {}};
+      return {low_pass.filter(options.cutoff_hz, values)};
     }
     SegmentEstimate estimate = {
         values, {}, CutoffsOf(options.choice, per, low_pass, segment)};
@@ -363,12 +346,12 @@ SegmentFilter Penalised(const SmoothingSplineOptions& options, double rate_hz,
              const JointSegment& segment) -> SegmentEstimate {
     const auto count =
         std::count(segment.sampled.begin(), segment.sampled.end(), 1);
-    if (count < 2 * rough + 1) return {segment.positions_m, {}};
+    if (count < 2 * rough + 1) return {segment.positions_m};
     const auto curve_of = [&](const Samples& values) {
       return make(segment.times_s, segment.sampled, values);
     };
     const auto all = curve_of(segment.positions_m);
-    SegmentEstimate estimate = {segment.positions_m, {}};
+    SegmentEstimate estimate = {segment.positions_m};
     if (options.choice == CutoffChoice::kFixed ||
         options.choice == CutoffChoice::kLambda) {
       WriteFit(*all,
@@ -435,7 +418,7 @@ SegmentFilter StateSpace(const KalmanOptions& options, StateSpaceRun run) {
 
 SegmentFilter PointsAsTheyAre(PointCovariances covariances) {
   return [covariances](const JointSegment& segment) {
-    SegmentEstimate estimate{segment.positions_m, {}};
+    SegmentEstimate estimate = {segment.positions_m};
     if (covariances == PointCovariances::kOff) return estimate;
     estimate.covariances_m2.resize(segment.times_s.size());
     for (size_t i = 0; i < segment.times_s.size(); ++i) {
@@ -449,26 +432,24 @@ SegmentFilter PointsAsTheyAre(PointCovariances covariances) {
 SegmentFilter CentredGaussianFilter(const CentredGaussianOptions& options) {
   return [options](const JointSegment& segment) -> SegmentEstimate {
     return {
-        CentredGaussian(options.sigma_s, segment.times_s, segment.positions_m),
-        {}};
+        CentredGaussian(options.sigma_s, segment.times_s, segment.positions_m)};
   };
 }
 
 SegmentFilter HampelMedianFilter(const HampelMedianOptions& options) {
   return [options](const JointSegment& segment) -> SegmentEstimate {
     if (options.side == WindowSide::kCentred) {
-      return {HampelMedian(options, segment.times_s, segment.positions_m), {}};
+      return {HampelMedian(options, segment.times_s, segment.positions_m)};
     }
     const SampledRows rows = SamplesOf(segment);
-    return {Hold(segment, HampelMedian(options, rows.times_s, rows.values)),
-            {}};
+    return {Hold(segment, HampelMedian(options, rows.times, rows.values))};
   };
 }
 
 SegmentFilter OneEuroFilter(const OneEuroOptions& options) {
   return [options](const JointSegment& segment) -> SegmentEstimate {
     const SampledRows rows = SamplesOf(segment);
-    return {Hold(segment, OneEuro(options, rows.times_s, rows.values)), {}};
+    return {Hold(segment, OneEuro(options, rows.times, rows.values))};
   };
 }
 
@@ -490,27 +471,22 @@ SegmentFilter SavitzkyGolayFilter(const SavitzkyGolayOptions& options,
     RequireUniformTime("savitzky_golay", segment.times_s, rate_hz);
     const int length =
         SavitzkyGolayLength(options, RateOf(segment.times_s, rate_hz));
-    return {SavitzkyGolay(length, order, segment.positions_m), {}};
+    return {SavitzkyGolay(length, order, segment.positions_m)};
   };
 }
 
 SegmentFilter LoessFilter(const LoessOptions& options) {
   return [options](const JointSegment& segment) -> SegmentEstimate {
     const SampledRows rows = SamplesOf(segment);
-    const size_t count = rows.times_s.size();
+    const size_t count = rows.times.size();
     const int degree = static_cast<int>(options.degree);
-    if (count < static_cast<size_t>(degree) + 2) {
-      return {segment.positions_m, {}};
-    }
-    const double step_s = (rows.times_s.back() - rows.times_s.front()) /
-                          static_cast<double>(count - 1);
+    if (count < static_cast<size_t>(degree) + 2) return {segment.positions_m};
     const int neighbours =
-        std::max(degree + 2,
-                 static_cast<int>(std::lround(std::min(
-                     options.window_s / step_s, static_cast<double>(count)))));
+        std::max(degree + 2, static_cast<int>(std::lround(std::min(
+                                 options.window_s / MeanStep(rows.times),
+                                 static_cast<double>(count)))));
     return {Loess(neighbours, degree, static_cast<int>(options.iterations),
-                  rows.times_s, rows.values, segment.times_s),
-            {}};
+                  rows.times, rows.values, segment.times_s)};
   };
 }
 
@@ -518,17 +494,17 @@ SegmentFilter TrendPointFilter(const TrendOptions& options) {
   return [options](const JointSegment& segment) -> SegmentEstimate {
     const SampledRows rows = SamplesOf(segment);
     const Samples trend =
-        TrendFilter(options.lambda_m, rows.times_s, rows.values);
+        TrendFilter(options.lambda_m, rows.times, rows.values);
     // Linear between samples, like the trend itself.
-    SegmentEstimate estimate = {segment.positions_m, {}};
+    SegmentEstimate estimate = {segment.positions_m};
     Eigen::Index next = 0;
     for (Eigen::Index i = 0; i < estimate.positions_m.rows(); ++i) {
       const double time_s = segment.times_s[static_cast<size_t>(i)];
-      while (rows.times_s[static_cast<size_t>(next)] < time_s) ++next;
-      const double end_s = rows.times_s[static_cast<size_t>(next)];
+      while (rows.times[static_cast<size_t>(next)] < time_s) ++next;
+      const double end_s = rows.times[static_cast<size_t>(next)];
       estimate.positions_m.row(i) = trend.row(next);
       if (end_s == time_s) continue;
-      const double begin_s = rows.times_s[static_cast<size_t>(next) - 1];
+      const double begin_s = rows.times[static_cast<size_t>(next) - 1];
       estimate.positions_m.row(i) -= (end_s - time_s) / (end_s - begin_s) *
                                      (trend.row(next) - trend.row(next - 1));
     }

@@ -39,8 +39,6 @@ struct RobustTriangulationOptions {
 
   // The following are not configuration keys; they are set in code only.
   LossKind loss = LossKind::kGemanMcClure;
-  // Views with a lower weight do not support a point.
-  double inlier_weight = 0.25;
   // Convergence limit [m]. Steps shrink quadratically; a caller that only needs
   // a start for another loss may use a larger limit.
   double last_step_m = 1e-6;

@@ -6,14 +6,9 @@
 #include <utility>
 
 #include "solvers/filters/banded.h"
-#include "solvers/filters/smoothing_spline.h"
 
 namespace kinegraph {
 namespace {
-
-double MeanStep(const std::vector<double>& times) {
-  return (times.back() - times.front()) / static_cast<double>(times.size() - 1);
-}
 
 // Times in mean steps, from the first.
 std::vector<double> InFrames(const std::vector<double>& times) {
@@ -50,26 +45,12 @@ class LinearCurve : public PenalisedCurve {
   LinearCurve(double step, Eigen::Index unknowns, int width)
       : PenalisedCurve(step), unknowns_(unknowns), width_(width) {}
 
-  double Gcv(double lambda) const final {
-    const BandedLeastSquares system = System(lambda);
-    const Samples x = system.Solve();
-    const Eigen::MatrixXd inverse = system.InverseBands();
-    double misfit = 0.0;
-    double trace = static_cast<double>(data_.size());
-    for (size_t i = 0; i < data_.size(); ++i) {
-      const auto& [first, row] = data_[i];
-      const Eigen::Index n = row.size();
-      misfit += (values_.col(static_cast<Eigen::Index>(i)) -
-                 x.middleRows(first, n).transpose() * row)
-                    .squaredNorm();
-      for (Eigen::Index a = 0; a < n; ++a) {
-        for (Eigen::Index b = 0; b < n; ++b) {
-          trace -= row(a) * row(b) *
-                   inverse(std::abs(a - b), first + std::min(a, b));
-        }
-      }
-    }
-    return static_cast<double>(data_.size()) * misfit / (trace * trace);
+  double BestLambda() const final {
+    // Searches the cut-off on a logarithmic grid, ten steps per decade.
+    const double log_cutoff = LeastOnGrid(
+        -3.0, std::log10(0.5), 0.1,
+        [this](double x) { return Gcv(LambdaOfFrames(std::pow(10.0, x))); });
+    return LambdaOfFrames(std::pow(10.0, log_cutoff));
   }
 
  protected:
@@ -109,20 +90,31 @@ class LinearCurve : public PenalisedCurve {
   Eigen::MatrixXd values_;            // a column per sample
 
  private:
+  double Gcv(double lambda) const {
+    const BandedLeastSquares system = System(lambda);
+    const Samples x = system.Solve();
+    const Eigen::MatrixXd inverse = system.InverseBands();
+    double misfit = 0.0;
+    double trace = static_cast<double>(data_.size());
+    for (size_t i = 0; i < data_.size(); ++i) {
+      const auto& [first, row] = data_[i];
+      const Eigen::Index n = row.size();
+      misfit += (values_.col(static_cast<Eigen::Index>(i)) -
+                 x.middleRows(first, n).transpose() * row)
+                    .squaredNorm();
+      for (Eigen::Index a = 0; a < n; ++a) {
+        for (Eigen::Index b = 0; b < n; ++b) {
+          trace -= row(a) * row(b) *
+                   inverse(std::abs(a - b), first + std::min(a, b));
+        }
+      }
+    }
+    return static_cast<double>(data_.size()) * misfit / (trace * trace);
+  }
+
   Eigen::Index unknowns_;
   int width_;
 };
-
-Samples SampledRowsOf(const std::vector<char>& sampled, const Samples& values) {
-  Samples rows(values.rows(), values.cols());
-  Eigen::Index count = 0;
-  for (size_t i = 0; i < sampled.size(); ++i) {
-    if (sampled[i])
-      rows.row(count++) = values.row(static_cast<Eigen::Index>(i));
-  }
-  rows.conservativeResize(count, Eigen::NoChange);
-  return rows;
-}
 
 class WhittakerCurve final : public LinearCurve {
  public:
@@ -138,7 +130,7 @@ class WhittakerCurve final : public LinearCurve {
       roughness_.push_back(
           {first, std::sqrt(span) * DividedDifference(x, i, order)});
     }
-    values_ = SampledRowsOf(sampled, values).transpose();
+    values_ = SampledRowsOf(times, sampled, values).values.transpose();
   }
 
   Samples Fit(double lambda, CurveDerivatives*) const override {
@@ -161,13 +153,12 @@ class WhittakerCurve final : public LinearCurve {
 
 class QuinticCurve final : public LinearCurve {
  public:
-  QuinticCurve(const std::vector<double>& times,
-               const std::vector<double>& sample_times, const Samples& samples)
-      : LinearCurve(MeanStep(sample_times), samples.rows() + kDegree - 1,
-                    kDegree + 1) {
-    const std::vector<double> x = InFrames(sample_times);
+  QuinticCurve(const std::vector<double>& times, const SampledRows& samples)
+      : LinearCurve(MeanStep(samples.times),
+                    samples.values.rows() + kDegree - 1, kDegree + 1) {
+    const std::vector<double> x = InFrames(samples.times);
     for (const double time : times) {
-      at_.push_back((time - sample_times[0]) / step());
+      at_.push_back((time - samples.times[0]) / step());
     }
     // The knots outside are arbitrary; the curve is not evaluated there.
     for (int k = kDegree; k > 0; --k) knots_.push_back(-k);
@@ -188,7 +179,7 @@ class QuinticCurve final : public LinearCurve {
         roughness_.push_back(std::move(row));
       }
     }
-    values_ = samples.transpose();
+    values_ = samples.values.transpose();
     ReduceRoughness();
   }
 
@@ -253,48 +244,34 @@ class QuinticCurve final : public LinearCurve {
 
 class CubicCurve final : public PenalisedCurve {
  public:
-  CubicCurve(const std::vector<double>& times_s,
-             const std::vector<double>& sample_times_s, const Samples& samples)
-      : PenalisedCurve(MeanStep(sample_times_s)),
+  CubicCurve(const std::vector<double>& times_s, SampledRows samples)
+      : PenalisedCurve(MeanStep(samples.times)),
         times_s_(times_s),
-        sample_times_s_(sample_times_s),
-        samples_(samples) {}
+        samples_(std::move(samples)) {}
 
   Samples Fit(double lambda, CurveDerivatives* derivatives) const override {
-    return SmoothingSpline(
-        lambda * Cube(), sample_times_s_, samples_, times_s_,
-        derivatives == nullptr ? nullptr : &derivatives->first,
-        derivatives == nullptr ? nullptr : &derivatives->second);
-  }
-  double Gcv(double lambda) const override {
-    return GcvScore(lambda * Cube(), sample_times_s_, samples_);
+    return SmoothingSpline(lambda * Cube(), samples_.times, samples_.values,
+                           times_s_, derivatives);
   }
   double BestLambda() const override {
-    return ChooseLambdaByGcv(sample_times_s_, samples_) / Cube();
+    return ChooseLambdaByGcv(samples_.times, samples_.values) / Cube();
   }
 
  private:
   double Cube() const { return step() * step() * step(); }
+  // Far below the frame rate the gain is 1 / (1 + lambda (2 pi f)^4) (Craven
+  // and Wahba 1979).
   double LambdaOfFrames(double cutoff) const override {
-    return LambdaOfCutoff(cutoff, 1.0);
+    const double w = 2.0 * M_PI * cutoff;
+    return 1.0 / (w * w * w * w);
   }
   double CutoffInFrames(double lambda) const override {
     return std::pow(lambda, -0.25) / (2.0 * M_PI);
   }
 
   std::vector<double> times_s_;
-  std::vector<double> sample_times_s_;
-  Samples samples_;
+  SampledRows samples_;
 };
-
-std::vector<double> TimesOfSamples(const std::vector<double>& times,
-                                   const std::vector<char>& sampled) {
-  std::vector<double> sample_times;
-  for (size_t i = 0; i < times.size(); ++i) {
-    if (sampled[i]) sample_times.push_back(times[i]);
-  }
-  return sample_times;
-}
 
 }  // namespace
 
@@ -308,23 +285,15 @@ std::unique_ptr<PenalisedCurve> MakeWhittaker(int order,
 std::unique_ptr<PenalisedCurve> MakeQuinticSpline(
     const std::vector<double>& times, const std::vector<char>& sampled,
     const Samples& values) {
-  return std::make_unique<QuinticCurve>(times, TimesOfSamples(times, sampled),
-                                        SampledRowsOf(sampled, values));
+  return std::make_unique<QuinticCurve>(times,
+                                        SampledRowsOf(times, sampled, values));
 }
 
 std::unique_ptr<PenalisedCurve> MakeCubicSpline(
     const std::vector<double>& times, const std::vector<char>& sampled,
     const Samples& values) {
-  return std::make_unique<CubicCurve>(times, TimesOfSamples(times, sampled),
-                                      SampledRowsOf(sampled, values));
-}
-
-double PenalisedCurve::BestLambda() const {
-  // Searches the cut-off on a logarithmic grid, ten steps per decade.
-  const double log_cutoff = LeastOnGrid(
-      -3.0, std::log10(0.5), 0.1,
-      [this](double x) { return Gcv(LambdaOfFrames(std::pow(10.0, x))); });
-  return LambdaOfFrames(std::pow(10.0, log_cutoff));
+  return std::make_unique<CubicCurve>(times,
+                                      SampledRowsOf(times, sampled, values));
 }
 
 // ---- Trend filtering ----

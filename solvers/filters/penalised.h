@@ -9,14 +9,9 @@
 #include <vector>
 
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/smoothing_spline.h"
 
 namespace kinegraph {
-
-// First and second derivative at the times of the fit, per unit of time and per
-// its square.
-struct CurveDerivatives {
-  Samples first, second;
-};
 
 // Curves c(x) that minimise, for each column of the values y,
 //   sum over samples |y_i - c_i|^2 + lambda (roughness of c).
@@ -27,8 +22,6 @@ class PenalisedCurve {
   // are written to `derivatives`; a curve defined only at these times has none.
   virtual Samples Fit(double lambda,
                       CurveDerivatives* derivatives = nullptr) const = 0;
-  // Generalised cross-validation (Craven and Wahba 1979), all columns together.
-  virtual double Gcv(double lambda) const = 0;
   // The lambda that halves the amplitude of a wave of that frequency, in cycles
   // per unit of time, far from the ends; and its inverse.
   double LambdaOf(double cutoff) const {
@@ -37,19 +30,19 @@ class PenalisedCurve {
   double CutoffOf(double lambda) const {
     return CutoffInFrames(lambda) / step_;
   }
-  // The lambda of the least Gcv for cut-offs from 1/1000 to one half of a cycle
-  // per frame; MakeCubicSpline: as ChooseLambdaByGcv (smoothing_spline.h).
-  virtual double BestLambda() const;
+  // The lambda by generalised cross-validation (Craven and Wahba 1979), all
+  // columns together, for cut-offs from 1/1000 to one half of a cycle per
+  // frame; MakeCubicSpline: as ChooseLambdaByGcv (smoothing_spline.h).
+  virtual double BestLambda() const = 0;
 
  protected:
   explicit PenalisedCurve(double step) : step_(step) {}
   double step() const { return step_; }
-
- private:
   // Cut-offs in cycles per frame.
   virtual double LambdaOfFrames(double cutoff) const = 0;
   virtual double CutoffInFrames(double lambda) const = 0;
 
+ private:
   double step_;
 };
 

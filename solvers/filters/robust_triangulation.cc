@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/geometry/triangulation.h"
+#include "solvers/factors/loss.h"
 
 namespace kinegraph {
 namespace {
@@ -172,9 +173,9 @@ std::optional<RobustPoint> RobustTriangulator::TriangulateFrom(
   if (!point.position_m.allFinite() || !Invert(here.normal, &inverse)) {
     return std::nullopt;
   }
-  for (const double weight : here.weights) {
-    if (weight >= options_.inlier_weight) ++point.inlier_views;
-  }
+  point.inlier_views = static_cast<int>(
+      std::count_if(here.weights.begin(), here.weights.end(),
+                    [](double weight) { return weight >= kInlierWeight; }));
   if (point.inlier_views < 2) return std::nullopt;
   point.covariance_m2 = inverse;
   point.weights = std::move(here.weights);

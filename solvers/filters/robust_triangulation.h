@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/geometry/camera.h"
-#include "solvers/factors/loss.h"
 #include "solvers/filters/options.h"
 
 namespace kinegraph {
@@ -18,6 +17,9 @@ struct PixelPoint {
   Eigen::Vector2d px = Eigen::Vector2d::Zero();  // raw
   double sigma_px = 1.0;
 };
+
+// Views with a lower weight do not support a point.
+inline constexpr double kInlierWeight = 0.25;
 
 struct RobustPoint {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();

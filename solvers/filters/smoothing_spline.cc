@@ -16,10 +16,7 @@ namespace {
 class SplineSystem {
  public:
   SplineSystem(const std::vector<double>& times_s, const Samples& values)
-      : count_(values.rows()),
-        step_s_((times_s.back() - times_s.front()) /
-                static_cast<double>(times_s.size() - 1)),
-        h_(count_ - 1) {
+      : count_(values.rows()), step_s_(MeanStep(times_s)), h_(count_ - 1) {
     for (Eigen::Index i = 0; i + 1 < count_; ++i) {
       const size_t k = static_cast<size_t>(i);
       h_(i) = (times_s[k + 1] - times_s[k]) / step_s_;
@@ -132,25 +129,18 @@ class SplineSystem {
 
 double Cube(double x) { return x * x * x; }
 
-// A curve and its derivatives, per s and s^2.
-struct Evaluated {
-  Samples value, velocity, acceleration;
-
-  Evaluated(Eigen::Index rows, Eigen::Index columns)
-      : value(rows, columns),
-        velocity(rows, columns),
-        acceleration(rows, columns) {}
-};
-
 // The natural cubic spline with values `f` and second derivatives `g` (zero at
 // both ends), linear outside.
-Evaluated Evaluate(const SplineSystem& system,
-                   const std::vector<double>& times_s, const Samples& f,
-                   const Samples& g, const std::vector<double>& at_s) {
+Samples Evaluate(const SplineSystem& system, const std::vector<double>& times_s,
+                 const Samples& f, const Samples& g,
+                 const std::vector<double>& at_s,
+                 CurveDerivatives* derivatives) {
   const Eigen::Index last = f.rows() - 1;
   Samples second = Samples::Zero(f.rows(), f.cols());
   second.middleRows(1, last - 1) = g;
-  Evaluated result(static_cast<Eigen::Index>(at_s.size()), f.cols());
+  Samples values(static_cast<Eigen::Index>(at_s.size()), f.cols());
+  derivatives->first.resizeLike(values);
+  derivatives->second.resizeLike(values);
   for (size_t k = 0; k < at_s.size(); ++k) {
     const auto above =
         std::upper_bound(times_s.begin() + 1, times_s.end() - 1, at_s[k]);
@@ -167,59 +157,32 @@ Evaluated Evaluate(const SplineSystem& system,
             ((1.0 - 3.0 * s * s) * second.row(i) +
              (3.0 * inside * inside - 1.0) * second.row(i + 1));
     const auto row = static_cast<Eigen::Index>(k);
-    result.value.row(row) = s * f.row(i) + inside * f.row(i + 1) +
-                            h * h / 6.0 *
-                                ((Cube(s) - s) * second.row(i) +
-                                 (Cube(inside) - inside) * second.row(i + 1)) +
-                            (t - inside) * slope;
-    result.velocity.row(row) = slope / (system.step_s() * h);
-    result.acceleration.row(row) =
+    values.row(row) = s * f.row(i) + inside * f.row(i + 1) +
+                      h * h / 6.0 *
+                          ((Cube(s) - s) * second.row(i) +
+                           (Cube(inside) - inside) * second.row(i + 1)) +
+                      (t - inside) * slope;
+    derivatives->first.row(row) = slope / (system.step_s() * h);
+    derivatives->second.row(row) =
         (s * second.row(i) + inside * second.row(i + 1)) /
         (system.step_s() * system.step_s());
-    if (t != inside) result.acceleration.row(row).setZero();
+    if (t != inside) derivatives->second.row(row).setZero();
   }
-  return result;
-}
-
-Evaluated LineThrough(const std::vector<double>& times_s, const Samples& values,
-                      const std::vector<double>& at_s) {
-  Evaluated result(static_cast<Eigen::Index>(at_s.size()), values.cols());
-  result.acceleration.setZero();
-  Eigen::RowVectorXd slope_s = Eigen::RowVectorXd::Zero(values.cols());
-  if (times_s.size() >= 2) {
-    slope_s = (values.row(1) - values.row(0)) / (times_s[1] - times_s[0]);
-  }
-  for (size_t k = 0; k < at_s.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    result.value.row(row) = values.row(0) + (at_s[k] - times_s[0]) * slope_s;
-    result.velocity.row(row) = slope_s;
-  }
-  return result;
+  return values;
 }
 
 }  // namespace
 
 Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
                         const Samples& values, const std::vector<double>& at_s,
-                        Samples* velocities, Samples* accelerations) {
-  const auto write = [&](Evaluated curve) {
-    if (velocities != nullptr) *velocities = std::move(curve.velocity);
-    if (accelerations != nullptr)
-      *accelerations = std::move(curve.acceleration);
-    return std::move(curve.value);
-  };
-  if (values.rows() < 3) return write(LineThrough(times_s, values, at_s));
+                        CurveDerivatives* derivatives) {
   SplineSystem system(times_s, values);
   system.Factorise(lambda_s3 / Cube(system.step_s()));
   const Samples g = system.SecondDerivatives();
   const Samples f = values - system.Residuals(g);
-  return write(Evaluate(system, times_s, f, g, at_s));
-}
-
-double GcvScore(double lambda_s3, const std::vector<double>& times_s,
-                const Samples& values) {
-  SplineSystem system(times_s, values);
-  return system.Gcv(lambda_s3 / Cube(system.step_s()));
+  CurveDerivatives unused;
+  return Evaluate(system, times_s, f, g, at_s,
+                  derivatives == nullptr ? &unused : derivatives);
 }
 
 double ChooseLambdaByGcv(const std::vector<double>& times_s,
@@ -267,11 +230,6 @@ double LeastOnGrid(double low, double high, double step,
     }
   }
   return 0.5 * (a + b);
-}
-
-double LambdaOfCutoff(double cutoff_hz, double step_s) {
-  const double w = 2.0 * M_PI * cutoff_hz;
-  return 1.0 / (step_s * w * w * w * w);
 }
 
 }  // namespace kinegraph

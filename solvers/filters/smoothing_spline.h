@@ -6,9 +6,14 @@
 #include <vector>
 
 #include "solvers/filters/joint_segment.h"
-#include "solvers/filters/options.h"
 
 namespace kinegraph {
+
+// First and second derivative of a curve at the times where it is evaluated,
+// per unit of time and per its square.
+struct CurveDerivatives {
+  Samples first, second;
+};
 
 // The function f that minimises, for each column,
 //   sum_i |y_i - f(t_i)|^2 + lambda_s3 integral |f''(t)|^2 dt
@@ -16,25 +21,22 @@ namespace kinegraph {
 // (Reinsch 1967; the banded equations of Green and Silverman, Nonparametric
 // Regression and Generalized Linear Models, section 2.3). `times_s` ascend and
 // may be non-uniform; the ends need no padding. lambda_s3 >= 0 [s^3]. Linear
-// outside the times. Fewer than three values: the line through them, or the
-// value. The derivatives of f at `at_s`, per s and s^2, are written if
-// requested.
+// outside the times. Needs at least three values. The derivatives of f at
+// `at_s` are written if requested.
 Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
                         const Samples& values, const std::vector<double>& at_s,
-                        Samples* velocities = nullptr,
-                        Samples* accelerations = nullptr);
+                        CurveDerivatives* derivatives = nullptr);
 
-// Generalised cross-validation (Craven and Wahba 1979), all columns together:
+// The lambda [s^3] of the least score of generalised cross-validation (Craven
+// and Wahba 1979), all columns together:
 //   n sum |y - f|^2 / trace(I - A)^2,
 // with the trace from the central bands of the inverse (Hutchinson and de Hoog
-// 1985), as in Woltring's GCVSPL (1986). Needs at least three values.
-double GcvScore(double lambda_s3, const std::vector<double>& times_s,
-                const Samples& values);
-
-// The lambda [s^3] of the least GcvScore, for cut-offs by LambdaOfCutoff from
-// 1/1000 of the mean sampling rate to twice that rate: a grid in steps of a
-// tenth of a decade of lambda, then a golden-section search. Needs at least
-// five values.
+// 1985), as in Woltring's GCVSPL (1986). For cut-offs f = (lambda /
+// step)^(-1/4) / (2 pi) from 1/1000 of the mean sampling rate to twice that
+// rate: a grid in steps of a tenth of a decade of lambda, then a golden-section
+// search. The formula of the cut-off is that of densely sampled waves: at half
+// the rate the spline still passes 67 % of the fastest wave, at twice the
+// rate 99.8 %, so exact values are kept. Needs at least five values.
 double ChooseLambdaByGcv(const std::vector<double>& times_s,
                          const Samples& values);
 
@@ -42,12 +44,6 @@ double ChooseLambdaByGcv(const std::vector<double>& times_s,
 // golden-section search between the neighbours of the best point, to 1e-6.
 double LeastOnGrid(double low, double high, double step,
                    const std::function<double(double)>& score);
-
-// The lambda [s^3] that halves the amplitude of a wave of `cutoff_hz` for
-// values `step_s` apart, far from the ends and well below the sampling rate: 1
-// / (step (2 pi f)^4), because the gain is then 1 / (1 + (f / cutoff)^4)
-// (Craven and Wahba 1979).
-double LambdaOfCutoff(double cutoff_hz, double step_s);
 
 }  // namespace kinegraph
 

@@ -12,8 +12,6 @@
 namespace kinegraph {
 namespace {
 
-using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
-
 // Strength of the prior at zero, in independent observations of mean weight, by
 // class: large where the bias was small compared with the noise of real
 // detections.
@@ -133,10 +131,9 @@ BiasVector SolveBias(const BiasSums& sums, double ridge) {
     diagonal[i] = ridge * mean_weight * std::max(square, 1e-4);
     diagonal[i + kViewFeatureCount] = diagonal[i];
   }
-  Eigen::Matrix<double, kBiasSize, kBiasSize> regular = sums.A;
+  auto regular = sums.A;
   regular.diagonal() += diagonal;
-  const Eigen::LDLT<Eigen::Matrix<double, kBiasSize, kBiasSize>> factor(
-      regular);
+  const Eigen::LDLT<decltype(regular)> factor(regular);
   BiasVector bias = factor.solve(sums.g);
   const Eigen::Matrix<double, kBiasSize, 3> pull = factor.solve(sums.offset);
   const Eigen::Matrix3d stiffness = sums.offset.transpose() * pull;
@@ -188,24 +185,19 @@ void BiasSeries::AddAzimuth(int view_idx, double azimuth) {
   ++azimuths_[view_idx][sector];
 }
 
-// The range of azimuths in degrees: the median over cameras of the number of
-// sectors that each has seen more than a few times.
-double BiasSeries::AzimuthDegrees() const {
-  std::vector<int> seen;
+std::vector<WeightedValue> BiasSeries::SectorsSeen() const {
+  std::vector<WeightedValue> seen;
   for (const auto& sectors : azimuths_) {
     const int64_t total =
         std::accumulate(sectors.begin(), sectors.end(), int64_t{0});
     if (total == 0) continue;
     const int64_t few = total / (10 * kSectors);
-    seen.push_back(static_cast<int>(
+    seen.emplace_back(
         std::count_if(sectors.begin(), sectors.end(),
-                      [few](int64_t count) { return count > few; })));
+                      [few](int64_t count) { return count > few; }),
+        1.0);
   }
-  if (seen.empty()) return 0.0;
-  const auto middle =
-      seen.begin() + static_cast<std::ptrdiff_t>((seen.size() - 1) / 2);
-  std::nth_element(seen.begin(), middle, seen.end());
-  return *middle * 360.0 / kSectors;
+  return seen;
 }
 
 void BiasSeries::RemoveShifts() {
@@ -277,15 +269,17 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
 
 ViewBias BiasSeries::Fit(bool always) const {
   ViewBias bias;
-  bias.azimuth_deg = AzimuthDegrees();
-  // Required range of viewing directions per camera (median over cameras): 180
-  // degrees if shifts of the cameras could be confused with a bias. With shifts
-  // removed, the cameras together must cover 360 degrees, the median
+  // Range of viewing directions of the median camera, and the required range:
+  // 180 degrees if shifts of the cameras could be confused with a bias. With
+  // shifts removed, the cameras together must cover 360 degrees, the median
   // camera at least 90.
+  const std::vector<WeightedValue> seen = SectorsSeen();
+  if (!seen.empty()) {
+    bias.azimuth_deg = WeightedQuantile(seen, 0.5) * 360.0 / kSectors;
+  }
   const double least_deg =
-      shifts_away_
-          ? std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()))
-          : 180.0;
+      shifts_away_ ? std::max(90.0, 360.0 / static_cast<double>(seen.size()))
+                   : 180.0;
   for (size_t i = 0; i < classes_.size(); ++i) {
     ViewBias::OfJoint& joint = bias.joints.emplace_back(FitJoint(i, always));
     joint.joint = names_[i];
@@ -356,7 +350,7 @@ void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
   for (size_t k = 0; k < solved.times.size(); ++k) {
     const TimeNs time = solved.times[k];
     if (looked.has_value() && time - *looked < look_after) continue;
-    const auto stance = joints.FrameOf([&](int j) {
+    const auto stance = joints.StanceOf([&](int j) {
       return std::optional<Eigen::Vector3d>(
           solved.joints[j].states[k].head<3>());
     });
@@ -406,7 +400,7 @@ void WriteBias(const BiasJoints& joints, const ViewBias& bias,
   std::vector<std::optional<BodyStance>> stances;
   for (size_t k = 0; k < records.size(); ++k) {
     stances.push_back(
-        joints.FrameOf([&](int j) -> std::optional<Eigen::Vector3d> {
+        joints.StanceOf([&](int j) -> std::optional<Eigen::Vector3d> {
           const auto joint = static_cast<size_t>(j);
           if (!records[k].triangulated[joint]) return std::nullopt;
           return Eigen::Vector3d(recording->joints[joint].states[k].head<3>());

@@ -12,16 +12,18 @@
 #include <vector>
 
 #include "core/base/time.h"
+#include "core/base/weighted_quantile.h"
 #include "core/data/view_bias.h"
 #include "core/geometry/camera.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/problem.h"
 #include "solvers/noise/bias_model.h"
-#include "solvers/noise/pixel_noise.h"
+#include "solvers/noise/learnt_noise.h"
 
 namespace kinegraph {
 
 inline constexpr int kBiasSize = 2 * kViewFeatureCount;
+using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
 
 // Normal equations of one joint's coefficients. With residuals r = u -
 // project(X) at the solution's positions X and directions D, whitened,
@@ -36,7 +38,7 @@ inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 // written position is that of the joint as the detector defines it.
 struct BiasSums {
   Eigen::Matrix<double, kBiasSize, kBiasSize> A = decltype(A)::Zero();
-  Eigen::Matrix<double, kBiasSize, 1> g = decltype(g)::Zero();
+  BiasVector g = BiasVector::Zero();
   Eigen::Matrix<double, kBiasSize, 3> offset = decltype(offset)::Zero();
   Eigen::Matrix<double, kViewFeatureCount, 1> feature_squares =  // weighted
       decltype(feature_squares)::Zero();
@@ -52,9 +54,9 @@ struct BiasSums {
   // shift of this camera's images.
   struct OfView {
     Eigen::Matrix<double, kBiasSize, 2> cross =
-        Eigen::Matrix<double, kBiasSize, 2>::Zero();  // D' S
-    Eigen::Vector2d pull = Eigen::Vector2d::Zero();   // S' r
-    double weight = 0.0;                              // S' S [1/px^2]
+        decltype(cross)::Zero();                     // D' S
+    Eigen::Vector2d pull = Eigen::Vector2d::Zero();  // S' r
+    double weight = 0.0;                             // S' S [1/px^2]
   };
   std::vector<OfView> views;
 
@@ -84,8 +86,7 @@ double IndependentShare(const ErrorCorrelation& correlation, double period_s);
 
 // The ridge solution that does not displace the joint. `ridge`: a number of
 // independent observations of mean weight.
-Eigen::Matrix<double, kBiasSize, 1> SolveBias(const BiasSums& sums,
-                                              double ridge);
+BiasVector SolveBias(const BiasSums& sums, double ridge);
 
 // Sums over segments of a recording, which alternate between its two halves.
 // For recordings of any length: if there are too many segments, neighbours are
@@ -121,7 +122,9 @@ class BiasSeries {
   static constexpr size_t kMostBlocks = 32;
   static constexpr int kSectors = 24;
   void JoinNeighbours();
-  double AzimuthDegrees() const;
+  // For each camera that has seen people, the number of sectors in which it has
+  // seen them more than a few times; each of weight 1.
+  std::vector<WeightedValue> SectorsSeen() const;
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 
   std::vector<std::string> names_;

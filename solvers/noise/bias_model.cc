@@ -49,7 +49,7 @@ BiasJoints::BiasJoints(const Skeleton& skeleton) {
   }
 }
 
-std::optional<BodyStance> BiasJoints::FrameOf(const PositionOf& at) const {
+std::optional<BodyStance> BiasJoints::StanceOf(const PositionOf& at) const {
   struct Both {
     Eigen::Vector3d left, right;
   };
@@ -75,10 +75,11 @@ std::optional<BodyStance> BiasJoints::FrameOf(const PositionOf& at) const {
 }
 
 std::optional<ViewDirection> DirectionOf(const BiasJoints& joints,
-                                         const BodyStance& frame, int joint_idx,
+                                         const BodyStance& stance,
+                                         int joint_idx,
                                          const Eigen::Vector3d& point_m,
                                          const Camera& camera) {
-  const BodyAxes& axes = joints.OnHead(joint_idx) ? frame.head : frame.trunk;
+  const BodyAxes& axes = joints.OnHead(joint_idx) ? stance.head : stance.trunk;
   Matrix23d jacobian;
   if (!camera.Project(point_m, &jacobian).has_value()) return std::nullopt;
   const double px_per_m = camera.focal_px() / camera.Depth(point_m);
@@ -142,10 +143,10 @@ Eigen::Vector2d DetectionPredictor::BiasOf(const PersonPose& person,
   };
   const auto point = position(joint_idx);
   if (!point.has_value()) return none;
-  const auto frame = joints_.FrameOf(position);
-  if (!frame.has_value()) return none;
+  const auto stance = joints_.StanceOf(position);
+  if (!stance.has_value()) return none;
   const auto direction =
-      DirectionOf(joints_, *frame, joint_idx, *point, camera);
+      DirectionOf(joints_, *stance, joint_idx, *point, camera);
   if (!direction.has_value()) return none;
   return kinegraph::BiasOf(bias_.joints[joints_.IndexOf(joint_idx)],
                            *direction);

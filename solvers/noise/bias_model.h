@@ -57,7 +57,7 @@ class BiasJoints {
   // joints or they do not determine the axes of the trunk.
   using PositionOf =
       std::function<std::optional<Eigen::Vector3d>(int joint_idx)>;
-  std::optional<BodyStance> FrameOf(const PositionOf& at) const;
+  std::optional<BodyStance> StanceOf(const PositionOf& at) const;
 
  private:
   std::vector<std::string> names_;
@@ -84,7 +84,8 @@ struct ViewDirection {
 
 // nullopt if the camera does not see the point or looks along the trunk.
 std::optional<ViewDirection> DirectionOf(const BiasJoints& joints,
-                                         const BodyStance& frame, int joint_idx,
+                                         const BodyStance& stance,
+                                         int joint_idx,
                                          const Eigen::Vector3d& point_m,
                                          const Camera& camera);
 

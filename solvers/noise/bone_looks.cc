@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 #include "core/skeleton/anthropometry.h"
 #include "core/skeleton/body_joints.h"
+#include "solvers/factors/jacobian.h"
 
 namespace kinegraph {
 namespace {
@@ -24,14 +26,18 @@ struct NormalEquations {
   int views = 0;
 };
 
+// At the position of `at` and, because cameras capture at different times, with
+// its velocity.
 NormalEquations Linearise(const JointChain& chain, size_t k,
-                          double inlier_weight, const Vector3d& at) {
+                          double inlier_weight, const State& at) {
   NormalEquations sum;
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
     const PixelMeasurement& measurement = chain.measurements[m];
     if (measurement.gated || measurement.weight < inlier_weight) continue;
+    Vector3d seen_m;
+    PointAt(at.data(), measurement.offset_s, seen_m.data());
     Matrix23d jacobian;
-    const auto image = measurement.camera->Project(at, &jacobian);
+    const auto image = measurement.camera->Project(seen_m, &jacobian);
     if (!image.has_value()) continue;
     const double sigma = measurement.sigma_px;
     const Eigen::Vector2d residual =
@@ -67,12 +73,10 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
                                  double inlier_weight, double interval_s) {
   // Gauss-Newton from the estimate, which is close.
   constexpr int kSteps = 3;
-  BoneEnd end;
-  end.estimate_m = chain.states[k].head<3>();
-  end.position_m = end.estimate_m;
+  State at = chain.states[k];
   NormalEquations sum;
   for (int step = 0; step < kSteps; ++step) {
-    sum = Linearise(chain, k, inlier_weight, end.position_m);
+    sum = Linearise(chain, k, inlier_weight, at);
     if (sum.views < 2) return std::nullopt;
     const Eigen::LDLT<Matrix3d> factor(sum.information);
     // A standard deviation of ten metres counts as undetermined.
@@ -80,8 +84,11 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
     if (!factor.isPositive() || !(factor.vectorD().minCoeff() > kOpen)) {
       return std::nullopt;
     }
-    end.position_m -= factor.solve(sum.gradient);
+    at.head<3>() -= factor.solve(sum.gradient);
   }
+  BoneEnd end;
+  end.estimate_m = chain.states[k].head<3>();
+  end.position_m = at.head<3>();
   if (!end.position_m.allFinite()) return std::nullopt;
   end.covariance_m2 = sum.information.ldlt().solve(Matrix3d::Identity());
   end.square = sum.square;
@@ -121,10 +128,11 @@ bool SameBone(const Bone& x, int a, int b) {
   return (x.a == a && x.b == b) || (x.a == b && x.b == a);
 }
 
-std::optional<double> PopulationLength(const std::string& joint_a,
-                                       const std::string& joint_b) {
-  const std::string a = WithoutSide(joint_a);
-  const std::string b = WithoutSide(joint_b);
+std::optional<double> PopulationLength(const Skeleton& skeleton,
+                                       const Bone& bone) {
+  if (!IsHuman(skeleton)) return std::nullopt;
+  const std::string a = WithoutSide(skeleton.joints()[bone.a]);
+  const std::string b = WithoutSide(skeleton.joints()[bone.b]);
   for (const NamedLength& known : kPopulation) {
     if ((a == known.a && b == known.b) || (a == known.b && b == known.a)) {
       return known.length_m;
@@ -135,8 +143,8 @@ std::optional<double> PopulationLength(const std::string& joint_a,
 
 std::vector<Bone> RigidPairs(const Skeleton& skeleton) {
   std::vector<Bone> pairs = skeleton.bones();
-  std::vector<int> head;
   if (!IsHuman(skeleton)) return pairs;
+  std::vector<int> head;
   for (const char* joint : {"nose", "l_eye", "r_eye", "l_ear", "r_ear"}) {
     const int index = skeleton.IndexOf(joint);
     if (index >= 0) head.push_back(index);

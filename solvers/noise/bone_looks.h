@@ -6,7 +6,6 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/skeleton/skeleton.h"
@@ -16,9 +15,10 @@ namespace kinegraph {
 
 // Length of a bone in an adult [m], from segment lengths relative to a stature
 // of 1.70 m (Drillis and Contini 1966, as in Winter, Biomechanics and Motor
-// Control of Human Movement, fig. 4.1); nullopt for other bones.
-std::optional<double> PopulationLength(const std::string& joint_a,
-                                       const std::string& joint_b);
+// Control of Human Movement, fig. 4.1); nullopt for other bones and for
+// animals, whose joints may have the names of human ones.
+std::optional<double> PopulationLength(const Skeleton& skeleton,
+                                       const Bone& bone);
 
 // Pairs of joints at constant distance: the skeleton's bones and, for a human,
 // the remaining pairs of nose, eyes and ears, which belong to one rigid head.

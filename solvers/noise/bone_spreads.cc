@@ -6,8 +6,6 @@
 #include <utility>
 
 #include "core/base/weighted_quantile.h"
-#include "core/skeleton/body_joints.h"
-#include "solvers/graph/outcome.h"
 
 namespace kinegraph {
 namespace {
@@ -255,13 +253,6 @@ int MirrorOf(const Skeleton& skeleton, const std::vector<Bone>& bones,
   return mirror;
 }
 
-// nullopt for animals, whose joints may have the names of human ones.
-std::optional<double> PopulationLengthIn(const Skeleton& skeleton,
-                                         const Bone& bone) {
-  if (!IsHuman(skeleton)) return std::nullopt;
-  return PopulationLength(skeleton.joints()[bone.a], skeleton.joints()[bone.b]);
-}
-
 }  // namespace
 
 BoneSpreads::BoneSpreads(const Skeleton& skeleton)
@@ -270,7 +261,7 @@ BoneSpreads::BoneSpreads(const Skeleton& skeleton)
       summaries_(bones_.size()) {
   for (size_t i = 0; i < bones_.size(); ++i) {
     mirror_.push_back(MirrorOf(skeleton, bones_, i, bones_.size()));
-    population_m_.push_back(PopulationLengthIn(skeleton, bones_[i]));
+    population_m_.push_back(PopulationLength(skeleton, bones_[i]));
   }
 }
 
@@ -409,15 +400,11 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
   if (mirror != nullptr) {
     add(mirror->length_m, LengthVariance(*mirror) + kAsymmetry * kAsymmetry);
   }
-  BoneEstimate estimate;
-  estimate.looks = seen_[at].count;
-  const bool enough =
-      estimate.looks + (mirror == nullptr
-                            ? 0
-                            : seen_[static_cast<size_t>(mirror_[at])].count) >=
-      kEnough;
-  if (!population_m.has_value() && !enough) return std::nullopt;
+  int64_t looks = seen_[at].count;
+  if (mirror != nullptr) looks += seen_[mirror_[at]].count;
+  if (!population_m.has_value() && looks < kEnough) return std::nullopt;
   if (!(information > 0.0)) return std::nullopt;  // no longer than the noise
+  BoneEstimate estimate;
   estimate.length_m = sum / information;
   estimate.length_sigma_m = std::sqrt(1.0 / information);
   // If neither side was seen, the length may vary as in the population.
@@ -451,7 +438,7 @@ BoneLengths::BoneLengths(const Skeleton& skeleton)
   for (size_t i = 0; i < bones_.size(); ++i) {
     const int earlier = MirrorOf(skeleton, bones_, i, i);
     counted_as_.push_back(earlier < 0 ? i : counted_as_[earlier]);
-    population_m_.push_back(PopulationLengthIn(skeleton, bones_[i]));
+    population_m_.push_back(PopulationLength(skeleton, bones_[i]));
   }
   seen_.resize(bones_.size());
 }

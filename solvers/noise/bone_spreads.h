@@ -15,7 +15,7 @@
 #include "solvers/graph/outcome.h"
 #include "solvers/graph/problem.h"
 #include "solvers/noise/bone_looks.h"
-#include "solvers/noise/pixel_noise.h"
+#include "solvers/noise/learnt_noise.h"
 
 namespace kinegraph {
 
@@ -27,7 +27,6 @@ struct BoneEstimate {
   double spread_m = 0.0;
   double spread_bound_m = 0.0;  // upper bound: plus one standard error
   double averaged_frames = 1.0;
-  int64_t looks = 0;
   // The length varies too much to be useful; the bone is left out.
   bool gives_way = false;
 };

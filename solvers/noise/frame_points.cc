@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <utility>
 
 namespace kinegraph {
 namespace {
@@ -269,8 +268,7 @@ std::optional<FramePoint> FrameTriangulator::Robust(double scale) {
   const bool agreed =
       views == 2 ? inliers == 2 : inliers >= 3 && 2 * inliers > views;
   if (!agreed) return std::nullopt;
-  return FramePoint{point->position_m, point->covariance_m2 / correction_,
-                    std::move(point->weights)};
+  return FramePoint{point->position_m, point->covariance_m2 / correction_};
 }
 
 }  // namespace kinegraph

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "solvers/noise/pixel_noise.h"
+#include "solvers/noise/learnt_noise.h"
 
 namespace kinegraph {
 

@@ -39,8 +39,7 @@ double LogLevel(int level) {
   return std::log(kLeastLevel) + level * LogLevelStep();
 }
 
-void FilterBank::Axis::Predict(double dt_s, double phi, double q) {
-  const double dt = dt_s;
+void FilterBank::Axis::Predict(double dt, double phi, double q) {
   p += dt * v;
   n *= phi;
   pp += dt * (2.0 * pv + dt * vv) + q * dt * dt * dt / 3.0;

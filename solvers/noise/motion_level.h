@@ -13,7 +13,7 @@
 #include "core/base/time.h"
 #include "core/skeleton/skeleton.h"
 #include "solvers/noise/frame_points.h"
-#include "solvers/noise/pixel_noise.h"
+#include "solvers/noise/learnt_noise.h"
 
 namespace kinegraph {
 
@@ -73,9 +73,9 @@ class FilterBank {
     double p = 0.0, v = 0.0, n = 0.0;
     double pp = 1.0, pv = 0.0, vv = 9.0, pn = 0.0, vn = 0.0, nn = 1.0;
 
-    // `phi`: factor by which the correlated error decays; `q`: power of the
-    // white noise on acceleration [m^2/s^3].
-    void Predict(double dt_s, double phi, double q);
+    // `dt` [s]; `phi`: factor by which the correlated error decays; `q`: power
+    // of the white noise on acceleration [m^2/s^3].
+    void Predict(double dt, double phi, double q);
     Innovation Innovate(double position_m, double variance_m2,
                         double lasting_share) const;
     // `wider`: factor of the innovation's variance.

@@ -22,12 +22,11 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
                     static_cast<int>(scene.cameras.size()),
                     scene.frame_rate_hz),
       groups_(scene.skeleton),
-      last_variance_m2_(scene.skeleton.joint_count(), kUnknownVariance_m2) {
+      last_variance_m2_(scene.skeleton.joint_count(), kUnknownVariance_m2),
+      chains_(kJointClassCount, LevelChain(0.0)) {
   by_class_.scale.fill(1.0);
-  by_class_.level.fill(0.0);
   by_class_.points.fill(1.0);
   by_class_.lag.fill(1.0);
-  chains_.assign(kJointClassCount, LevelChain(0.0));
   for (int j = 0; j < joint_count(); ++j) {
     banks_.emplace_back(UsualProcessNoise(scene.skeleton.joint_class(j)));
     present_[ClassOf(j)] = true;

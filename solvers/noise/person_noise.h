@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/tracking/estimator.h"
@@ -29,10 +28,10 @@ struct AppliedNoise {
     std::vector<double> divisors;
   };
   struct ByClass {
-    JointClassTable scale;   // factor of modelled sigmas
-    JointClassTable level;   // of motion: ln relative to the typical
-    JointClassTable points;  // LagLearner::Ratios::noise
-    JointClassTable lag;     // LagLearner::Ratios::lag
+    JointClassTable scale;    // factor of modelled sigmas
+    JointClassTable level{};  // of motion: ln relative to the typical
+    JointClassTable points;   // LagLearner::Ratios::noise
+    JointClassTable lag;      // LagLearner::Ratios::lag
   };
   std::vector<Frame> frames;
   LearntNoise learnt;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace kinegraph {
 namespace {
@@ -50,9 +51,7 @@ void RequireFinite(const LearntNoise& learnt) {
   };
   require(learnt.correlation.share, "error_share");
   require(learnt.correlation.time_s, "error_time_s");
-  if (!std::isfinite(learnt.confidence_power)) {
-    require(learnt.confidence_power, "confidence_power");
-  }
+  require(std::abs(learnt.confidence_power), "confidence_power");
   for (const LearntNoise::OfClass& one : learnt.classes) {
     if (one.joints_seen == 0) continue;
     require(one.sigma_px, "sigma_px");

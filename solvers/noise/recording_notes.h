@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <string>
 #include <vector>
 
 #include "core/data/view_bias.h"
@@ -15,7 +14,6 @@
 #include "solvers/noise/bias_learner.h"
 #include "solvers/noise/bias_model.h"
 #include "solvers/noise/person_noise.h"
-#include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
 

@@ -19,7 +19,6 @@ PointModel Model(int derivatives, double power) {
   PointModel model;
   model.derivatives = derivatives;
   model.power = power;
-  model.start_sigmas = {3.0, 30.0};
   return model;
 }
 
@@ -52,11 +51,11 @@ JointSegment Uneven() {
 double ProcessCovariance(const PointModel& model, double s, double t) {
   const double a = std::min(s, t);
   const double d = std::max(s, t) - a;
-  const double velocity = std::pow(model.start_sigmas[0], 2) * s * t;
+  const double velocity = std::pow(PointModel::kStartSigmas[0], 2) * s * t;
   if (model.derivatives == 2) {
     return velocity + model.power * (a * a * a / 3.0 + d * a * a / 2.0);
   }
-  return velocity + 0.25 * std::pow(model.start_sigmas[1] * s * t, 2) +
+  return velocity + 0.25 * std::pow(PointModel::kStartSigmas[1] * s * t, 2) +
          0.25 * model.power *
              (std::pow(a, 5) / 5.0 + d * std::pow(a, 4) / 2.0 +
               d * d * a * a * a / 3.0);

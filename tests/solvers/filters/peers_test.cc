@@ -169,7 +169,6 @@ TEST_F(PeersTest, RtsIsCloseToKalmanOfPose2Sim) {
   PointModel model;
   model.derivatives = 3;
   model.power = std::pow(500.0 * sigma_m, 2) * kRate_hz;
-  model.start_sigmas = {3.0, 30.0};
   const auto run = [&](const Samples& x) {
     JointSegment segment;
     segment.times_s = times_s_;

@@ -23,6 +23,7 @@ struct BodyRecording {
   bool with_knee = false;
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();  // of camera 1's images
   bool removes_shifts = false;
+  size_t seeing_cameras = 5;  // the others see nobody
 };
 
 class ViewBiasTest : public ::testing::Test {
@@ -52,7 +53,7 @@ class ViewBiasTest : public ::testing::Test {
         point + recording.offset_m.x() * stance.trunk.forward +
         recording.offset_m.y() * stance.trunk.left +
         recording.offset_m.z() * stance.trunk.up;
-    std::vector<BiasView> views(cameras_.size());
+    std::vector<BiasView> views(recording.seeing_cameras);
     for (size_t v = 0; v < views.size(); ++v) {
       BiasView& view = views[v];
       view.view_idx = static_cast<int>(v);
@@ -249,6 +250,11 @@ TEST_F(ViewBiasTest, ImageShiftsAppearAsBiasUnlessRemoved) {
   EXPECT_LT(greatest(Learn(shifted, true)), 1e-9);
   shifted.bias = TwiceAround();
   EXPECT_TRUE(Learn(shifted, true).joints[line_].used);
+  // Two cameras that see 108 degrees each do not cover 360, however many others
+  // see nobody.
+  shifted.seeing_cameras = 2;
+  EXPECT_FALSE(Learn(shifted, true).joints[line_].used);
+  shifted.seeing_cameras = 5;
   // If the body is seen from all sides, a bias has zero mean, apart from
   // differences in distance.
   shifted.turns = 6.0;
