@@ -171,13 +171,12 @@ class CeresSolver::Graph {
       if (!report.finite) break;
       Unload(person);
     }
+    RemoveUser();
+    if (!report.finite) return report;
     for (JointChain& chain : person->joints) {
       StoreWeights(schedule.stages.back(), &chain);
     }
-    if (report.finite && !report.converged && schedule.doubt_unsettled) {
-      Doubt(person, &report);
-    }
-    RemoveUser();
+    if (!report.converged && schedule.doubt_unsettled) Doubt(person, &report);
     return report;
   }
 

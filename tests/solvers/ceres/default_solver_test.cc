@@ -181,6 +181,23 @@ TEST_F(CeresSolverTest, AFailedSolveFromDltDropsTheBones) {
   EXPECT_EQ(counts.bones_dropped, 1);
 }
 
+// Weights at states that no solve has found must not make views inliers, nor
+// replace the zero weights of joints that an earlier solve left in doubt.
+TEST_F(CeresSolverTest, AFailedSolveKeepsTheWeights) {
+  Make({4, 20, 71, false, 0}, SimulatedNoise());
+  const Bone& bone = scene_.skeleton.bones()[0];
+  problem_.bones.push_back({bone.a, bone.b, std::nan(""), 0.02});
+  for (PixelMeasurement& m : problem_.joints[0].measurements) m.weight = 0.5;
+  const SolveReport report =
+      SolveWithCeres(MakeSchedule(GraphOptions()), &problem_);
+  EXPECT_FALSE(report.finite);
+  for (size_t j = 0; j < problem_.joints.size(); ++j) {
+    for (const PixelMeasurement& m : problem_.joints[j].measurements) {
+      EXPECT_EQ(m.weight, j == 0 ? 0.5 : 0.0);
+    }
+  }
+}
+
 // The chain's last step may move a state behind a camera that sees the joint.
 TEST_F(CeresSolverTest, AStartBehindACameraIsGated) {
   Make({4, 20, 71, false, 0}, SimulatedNoise());
