@@ -257,7 +257,7 @@ class BundleProblem {
         problem_.AddResidualBlock(
             new SegmentFactor(&cameras_[v], &segment, &measurement,
                               segments_.noise_scale),
-            MakeCeresLoss(kSceneLoss, kSceneLossScale, 1.0), states_[s].data(),
+            MakeCeresLoss(kSceneLoss, kSceneLossScale), states_[s].data(),
             changes_[v].data(),
             offsets_[offset_at_.at(KeyOf(segment, measurement))].data());
         added = true;

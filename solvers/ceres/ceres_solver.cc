@@ -277,7 +277,7 @@ class CeresSolver::Graph {
     for (const PlacedFactor& placed : person.user) {
       user_.push_back(std::make_unique<CeresGeneral>(placed.factor.get()));
       losses_.emplace_back(
-          MakeCeresLoss(placed.robustness.loss, placed.robustness.scale, 1.0));
+          MakeCeresLoss(placed.robustness.loss, placed.robustness.scale));
       blocks_.clear();
       for (const StateKey& key : placed.keys) {
         blocks_.push_back(frames_[key.frame]->states[key.joint].data());
@@ -406,11 +406,6 @@ SolveReport CeresSolver::Solve(const SolveSchedule& schedule,
                                PersonProblem* problem) {
   if (graph_ == nullptr) graph_ = std::make_unique<Graph>();
   return graph_->Solve(schedule, problem);
-}
-
-SolveReport SolveWithCeres(const SolveSchedule& schedule,
-                           PersonProblem* problem) {
-  return CeresSolver().Solve(schedule, problem);
 }
 
 }  // namespace kinegraph

@@ -41,10 +41,6 @@ class CeresSolver {
   std::unique_ptr<Graph> graph_;
 };
 
-// CeresSolver::Solve with a temporary solver.
-SolveReport SolveWithCeres(const SolveSchedule& schedule,
-                           PersonProblem* problem);
-
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_SOLVERS_CERES_CERES_SOLVER_H_
