@@ -13,11 +13,10 @@ namespace kinegraph {
 void LaneProblem::LoadTimes(const PersonProblem& problem,
                             const std::vector<const JointChain*>& chains) {
   const std::vector<TimeNs>& times = problem.times;
-  centres_.assign(frames_, {});
-  for (size_t k = 0; k < problem.centres.size(); ++k) {
-    const PersonCentre& centre = problem.centres[k];
-    centres_[k] = {centre.position_m.x(), centre.position_m.y(),
-                   centre.position_m.z(), centre.per_sigma};
+  centres_.clear();
+  for (const PersonCentre& centre : problem.centres) {
+    centres_.push_back({centre.position_m.x(), centre.position_m.y(),
+                        centre.position_m.z(), centre.per_sigma});
   }
   dt_s_.clear();
   process_noise_.Assign(frames_ * lanes_, 1.0);

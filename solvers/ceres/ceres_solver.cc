@@ -181,11 +181,6 @@ class CeresSolver::Graph {
   }
 
  private:
-  static const PersonCentre& CentreOf(const PersonProblem& person, size_t k) {
-    static const PersonCentre kUnknown;
-    return k < person.centres.size() ? person.centres[k] : kUnknown;
-  }
-
   // Adds or removes blocks to match the pattern of `person`.
   void Arrange(const PersonProblem& person) {
     RemoveUser();  // a stopped solve leaves them behind
@@ -241,7 +236,7 @@ class CeresSolver::Graph {
       if (count_ > 0) {
         add(&frame.motions[j], frames_[count_ - 1]->states[j].data(), state);
       }
-      frame.bundles[j].Set(person.joints[j], count_, CentreOf(person, count_),
+      frame.bundles[j].Set(person.joints[j], count_, person.centres[count_],
                            &stage_);
       add(&frame.bundles[j], state);
     }
@@ -302,12 +297,12 @@ class CeresSolver::Graph {
     FactorWalk walk;
     for (size_t j = 0; j < joint_count_; ++j) {
       const JointChain& chain = person.joints[j];
-      const JointFactors factors(person, chain, walk);
+      const JointFactors factors(person, j, walk);
       if (!priors_.empty()) priors_[j].Set(factors.Prior());
       for (size_t k = 0; k < count_; ++k) {
         FrameBlocks& frame = *frames_[k];
         frame.states[j] = chain.states[k];
-        frame.bundles[j].Set(chain, k, CentreOf(person, k), &stage_);
+        frame.bundles[j].Set(chain, k, person.centres[k], &stage_);
         if (k > 0) frame.motions[j].Set(factors.Motion(k - 1));
       }
     }

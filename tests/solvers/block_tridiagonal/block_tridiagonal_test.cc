@@ -88,7 +88,7 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
         robustness.information * weight * jacobian.transpose() * jacobian;
     return true;
   };
-  ForEachFactor(problem, FactorWalk(), add);
+  testing::ForEachFactor(problem, FactorWalk(), add);
   if (!problem.prior.empty()) {
     information.topLeftCorner(6 * joints, 6 * joints) +=
         problem.prior.A.transpose() * problem.prior.A;
@@ -156,7 +156,8 @@ TEST_F(ChainSolverTest, HasFullRankWithOneViewOrNone) {
     Make(views == 0 ? 1 : views, 20, SimulatedNoise());
     JointChain& chain = problem_.joints[0];
     if (views == 0) {
-      problem_.centres.clear();  // birth and motion alone
+      // Birth and motion alone.
+      problem_.centres.assign(problem_.times.size(), {});
       chain.measurements.clear();
       chain.first.assign(chain.states.size() + 1, 0);
     }
