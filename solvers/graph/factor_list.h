@@ -12,6 +12,7 @@
 #ifndef KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 #define KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -72,8 +73,6 @@ inline GaussianPrior<double> PriorOf(const StatePrior& prior, bool stated) {
 // A joint's chain in the form that factors.h iterates over.
 class JointFactors {
  public:
-  using Counting = Robustness;
-
   JointFactors(const PersonProblem& problem, size_t joint,
                const FactorWalk& walk)
       : times_(problem.times),
@@ -121,8 +120,7 @@ template <typename Visit>
 bool ForEachFactor(const PersonProblem& problem, size_t joint,
                    const FactorWalk& walk, Visit&& visit) {
   const JointFactors factors(problem, joint, walk);
-  const size_t frame_count = factors.frame_count();
-  const size_t end = walk.end < frame_count ? walk.end : frame_count;
+  const size_t end = std::min(walk.end, factors.frame_count());
   for (size_t k = 0; k < end; ++k) {
     const auto with_keys = [&](const auto& factor,
                                const Robustness& robustness) {
@@ -141,8 +139,7 @@ bool ForEachFactor(const PersonProblem& problem, size_t joint,
 template <typename Visit>
 bool ForEachCoupling(const PersonProblem& problem, const FactorWalk& walk,
                      Visit&& visit) {
-  const size_t frame_count = problem.times.size();
-  const size_t end = walk.end < frame_count ? walk.end : frame_count;
+  const size_t end = std::min(walk.end, problem.times.size());
   for (const BoneConstraint& bone : problem.bones) {
     const BoneLength<double> factor = {bone.length_m, 1.0 / bone.sigma_m};
     for (size_t k = 0; k < end; ++k) {
