@@ -162,7 +162,6 @@ class CeresSolver::Graph {
 
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* person) {
     SolveReport report;
-    if (person->times.empty()) return report;
     Arrange(*person);
     report.ceres_problems = 1;
     for (size_t i = 0; i < schedule.stages.size(); ++i) {

@@ -159,7 +159,7 @@ struct PersonCentre {
 };
 
 struct PersonProblem {
-  std::vector<TimeNs> times;          // ascending, one per frame
+  std::vector<TimeNs> times;          // ascending, at least one frame
   std::vector<PersonCentre> centres;  // one per frame
   std::vector<JointChain> joints;
   std::vector<BoneConstraint> bones;
