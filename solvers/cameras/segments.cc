@@ -520,6 +520,11 @@ double BinLength(const SceneSegments& segments) {
   return std::clamp(segments.span_s / 20.0, 0.2, 1.0);
 }
 
+int64_t BinOf(const SceneSegments& segments, const MotionSegment& segment) {
+  return static_cast<int64_t>(
+      std::floor(segment.middle_s / BinLength(segments)));
+}
+
 double PlacesApart(const SceneSegments& scene) {
   std::vector<MotionSegment> in_enough_views;
   for (const MotionSegment& segment : scene.segments) {
