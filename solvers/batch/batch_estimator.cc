@@ -157,8 +157,7 @@ class BatchEstimator final : public Estimator {
     }
     if (SolveAgain()) return;
     if (options_.LearnsNoise()) LearnNoise();
-    if (options_.pixel_noise_from == NoiseFrom::kFixed &&
-        options_.estimate_noise_scale) {
+    if (options_.EstimatesNoiseScale()) {
       LearnNoiseScale();
     } else {
       solver_.SolveJoints(solver_.schedule(), &recording_);
@@ -203,9 +202,10 @@ class BatchEstimator final : public Estimator {
     // Not reusable where the result depends on more than the matches nearby:
     // the noise scale depends on all residuals, user factors may depend on the
     // start.
-    const bool scales = options_.pixel_noise_from == NoiseFrom::kFixed &&
-                        options_.estimate_noise_scale;
-    if (scales || options_.user_factors || !solver_.KeptBones()) return nullptr;
+    if (options_.EstimatesNoiseScale() || options_.user_factors ||
+        !solver_.KeptBones()) {
+      return nullptr;
+    }
     auto solution = std::make_shared<SolvedPerson>();
     solution->bones = recording_.bones;
     solution->stated_bones = stated_bones_;

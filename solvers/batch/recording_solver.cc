@@ -232,10 +232,7 @@ PersonProblem CutOut(const PersonProblem& recording, const Chunk& chunk) {
   const size_t end = chunk.end;
   PersonProblem part;
   part.times.assign(at(recording.times, begin), at(recording.times, end));
-  if (!recording.centres.empty()) {
-    part.centres.assign(at(recording.centres, begin),
-                        at(recording.centres, end));
-  }
+  part.centres.assign(at(recording.centres, begin), at(recording.centres, end));
   for (const JointChain& whole : recording.joints) {
     JointChain& chain = part.joints.emplace_back();
     chain.states.assign(at(whole.states, begin), at(whole.states, end));

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <type_traits>
 #include <utility>
 
@@ -219,11 +219,8 @@ void BoneSolver::KeepCandidate() {
 }
 
 double BoneSolver::Dot(const LaneBuffer& a, const LaneBuffer& b) const {
-  double sum = 0.0;
-  for (size_t at = 0; at < lanes_.Row(6 * lanes_.frames()); ++at) {
-    sum += a[at] * b[at];
-  }
-  return sum;
+  return std::inner_product(
+      a.data(), a.data() + lanes_.Row(6 * lanes_.frames()), b.data(), 0.0);
 }
 
 void BoneSolver::LeapAhead(const PersonProblem& problem,
@@ -301,8 +298,8 @@ void BoneSolver::Unload(const SolveSchedule& schedule, SolveReport* report,
   }
 }
 
-bool BoneSolver::AllFinite(const LaneBuffer& states) const {
-  const double* const first = states.data();
+bool BoneSolver::AllFinite() {
+  const double* const first = lanes_.states().data();
   return std::all_of(first, first + lanes_.Row(6 * lanes_.frames()),
                      [](double value) { return std::isfinite(value); });
 }
@@ -310,7 +307,6 @@ bool BoneSolver::AllFinite(const LaneBuffer& states) const {
 SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
                               PersonProblem* problem) {
   SolveReport report;
-  if (problem->times.empty()) return report;
   Load(*problem);
   if (!Linearise(*problem, schedule.stages.front(), &lanes_.states(),
                  &system_)) {
@@ -320,7 +316,7 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   }
   for (const SolveStage& stage : schedule.stages) {
     if (!RunStage(*problem, stage, schedule.step_tolerance_m, &report) ||
-        !AllFinite(lanes_.states())) {
+        !AllFinite()) {
       report.finite = report.converged = false;
       return report;
     }

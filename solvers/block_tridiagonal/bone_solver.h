@@ -60,7 +60,7 @@ class BoneSolver {
   void LeapAhead(const PersonProblem& problem, const SolveStage& stage);
   bool RunStage(const PersonProblem& problem, const SolveStage& stage,
                 double step_tolerance_m, SolveReport* report);
-  bool AllFinite(const LaneBuffer& states) const;
+  bool AllFinite();  // all states
   void Unload(const SolveSchedule& schedule, SolveReport* report,
               PersonProblem* problem);
 

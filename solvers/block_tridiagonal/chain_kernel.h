@@ -91,7 +91,7 @@ class ChainGroup {
  public:
   // Work space per frame and lane, in doubles.
   static constexpr long kNumbersPerFrame =
-      (3 * sizeof(LaneBlock<T>) + sizeof(LaneMotion<T>) + 7 * sizeof(T[6])) /
+      (3 * sizeof(LaneBlock<T>) + sizeof(LaneMotion<T>) + 6 * sizeof(T[6])) /
       sizeof(T);
 
   ChainGroup(const ChainLanes& chains, int lane, double* workspace)
@@ -109,7 +109,6 @@ class ChainGroup {
     allot(&motion_);
     allot(&current_.gradient);
     allot(&trial_.gradient);
-    allot(&right_);
     allot(&gained_);
     allot(&states_);
     allot(&candidate_);
@@ -217,8 +216,6 @@ class ChainGroup {
   }
   // The group's chains in the form that factors.h iterates over.
   struct Factors {
-    using Counting = int;  // the view of a pixel, -1 for other factors
-
     const ChainGroup& group;
     Mask<T>* visible;  // lanes in which the last evaluated pixel has an image
 
@@ -238,7 +235,7 @@ class ChainGroup {
     int PixelsEnd(int k) const { return group.chains_.first_view[k + 1]; }
     bool IsLeftOut(int) const { return false; }  // handled per lane by `counts`
     LanePixel<T> Pixel(int view) const { return group.FactorOf(view, visible); }
-    int Always() const { return -1; }
+    int Always() const { return -1; }  // no view
     int CountingOf(int view) const { return view; }
   };
 
@@ -473,10 +470,7 @@ class ChainGroup {
     Mask<T> definite = InAllLanes<T>();
     for (int k = frames_; k-- > 0;) {
       LaneBlock<T> pivot = diagonal[k];
-      for (int i = 0; i < 3; ++i) {
-        pivot.pp[kSymmetric[i][i]] *= grown;
-        pivot.vv[kSymmetric[i][i]] *= grown;
-      }
+      ScaleDiagonal(grown, &pivot);
       if (k + 1 < frames_) {
         SubtractCongruence(motion_[k].m, inverse_[k + 1], &pivot);
       }
@@ -489,15 +483,10 @@ class ChainGroup {
   // states and their last step. Returns the largest movement of a position [m].
   T FindStep(const Mask<T>& usable) {
     for (int k = frames_; k-- > 0;) {
-      T* r = right_[k];
+      T r[6];
       for (int i = 0; i < 6; ++i) r[i] = -current_.gradient[k][i];
       if (k + 1 < frames_) {
-        const auto& m = motion_[k].m.a;
-        const T* later = gained_[k + 1];
-        for (int i = 0; i < 3; ++i) {
-          r[i] -= m[0][0] * later[i] + m[0][1] * later[3 + i];
-          r[3 + i] -= m[1][0] * later[i] + m[1][1] * later[3 + i];
-        }
+        SubtractProduct(motion_[k].m, gained_[k + 1], r);
       }
       Multiply(inverse_[k], r, gained_[k]);
     }
@@ -507,12 +496,8 @@ class ChainGroup {
       if (k == 0) {
         for (int i = 0; i < 6; ++i) step[i] = gained_[0][i];
       } else {
-        const auto& m = motion_[k - 1].m.a;
         T pull[6];
-        for (int i = 0; i < 3; ++i) {
-          pull[i] = m[0][0] * step[i] + m[1][0] * step[3 + i];
-          pull[3 + i] = m[0][1] * step[i] + m[1][1] * step[3 + i];
-        }
+        MultiplyTransposed(motion_[k - 1].m, step, pull);
         T back[6];
         Multiply(inverse_[k], pull, back);
         for (int i = 0; i < 6; ++i) step[i] = gained_[k][i] - back[i];
@@ -597,7 +582,6 @@ class ChainGroup {
   LaneSystem<T> trial_;
   LaneBlock<T>* inverse_;  // P_k
   LaneMotion<T>* motion_;
-  T (*right_)[6];   // r_k
   T (*gained_)[6];  // P_k r_k
   T (*states_)[6];
   T (*candidate_)[6];

@@ -13,11 +13,10 @@ namespace kinegraph {
 void LaneProblem::LoadTimes(const PersonProblem& problem,
                             const std::vector<const JointChain*>& chains) {
   const std::vector<TimeNs>& times = problem.times;
-  centres_.assign(frames_, {});
-  for (size_t k = 0; k < problem.centres.size(); ++k) {
-    const PersonCentre& centre = problem.centres[k];
-    centres_[k] = {centre.position_m.x(), centre.position_m.y(),
-                   centre.position_m.z(), centre.per_sigma};
+  centres_.clear();
+  for (const PersonCentre& centre : problem.centres) {
+    centres_.push_back({centre.position_m.x(), centre.position_m.y(),
+                        centre.position_m.z(), centre.per_sigma});
   }
   dt_s_.clear();
   process_noise_.Assign(frames_ * lanes_, 1.0);
@@ -200,10 +199,9 @@ void ChainSolver::Load(const PersonProblem& problem,
 SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule& schedule,
                                 JointChain* chain) {
   SolveReport report;
-  report.finite = finite_[lane] != 0.0;
+  report.finite = finite_[lane] != 0.0 && lanes_.IsFinite(lane);
   report.converged = converged_[lane] != 0.0;
   report.iterations = static_cast<int>(iterations_[lane]);
-  report.finite = report.finite && lanes_.IsFinite(lane);
   if (!report.finite) {
     for (PixelMeasurement& measurement : chain->measurements) {
       measurement.weight = 0.0;
@@ -221,9 +219,7 @@ const std::vector<SolveReport>& ChainSolver::Solve(
     const PersonProblem& problem, const SolveSchedule& schedule,
     const std::vector<JointChain*>& chains) {
   CHECK(!schedule.stages.empty());
-  const size_t frames = problem.times.size();
-  reports_.assign(frames == 0 ? chains.size() : 0, {});
-  if (frames == 0) return reports_;
+  reports_.clear();
   stages_.clear();
   for (size_t i = 0; i < schedule.stages.size(); ++i) {
     const SolveStage& stage = schedule.stages[i];
@@ -234,7 +230,7 @@ const std::vector<SolveReport>& ChainSolver::Solve(
     CheckStop();
     const size_t end = std::min(at + kGroup, chains.size());
     Load(problem, chains, at, end);
-    steps_.Reserve(lanes_.Row(6 * frames));
+    steps_.Reserve(lanes_.Row(6 * lanes_.frames()));
     for (LaneBuffer* buffer : {&finite_, &converged_, &iterations_}) {
       buffer->Reserve(kGroup);
     }
@@ -268,10 +264,6 @@ std::vector<Matrix6d> ChainSolver::CovariancesIn(size_t lane,
 std::vector<std::vector<Matrix6d>> ChainSolver::Covariances(
     const PersonProblem& problem, const std::vector<const JointChain*>& chains,
     double correction, size_t frame_end) {
-  frame_end = std::min(frame_end, problem.times.size());
-  if (frame_end == 0) {
-    return std::vector<std::vector<Matrix6d>>(chains.size());
-  }
   std::vector<std::vector<Matrix6d>> covariances;
   for (size_t at = 0; at < chains.size(); at += kGroup) {
     const size_t end = std::min(at + kGroup, chains.size());

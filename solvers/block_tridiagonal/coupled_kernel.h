@@ -45,17 +45,14 @@ class CoupledSolve {
   }
 
   bool Factorise(const double* diagonal, double damping) {
-    const double grown = 1.0 + damping;
+    const T grown = 1.0 + damping;
     for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
       StoreRow(T(1.0), sums_, 0, lane);  // 1: positive definite so far
     }
     for (int k = frames_; k-- > 0;) {
       for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
         LaneBlock<T> pivot = LoadBlock(diagonal, k, lane);
-        for (int i = 0; i < 3; ++i) {
-          pivot.pp[kSymmetric[i][i]] *= grown;
-          pivot.vv[kSymmetric[i][i]] *= grown;
-        }
+        ScaleDiagonal(grown, &pivot);
         if (k + 1 < frames_) {
           const LaneAxis<T> m =
               MotionBetween<T>(chains_.dt_s[k],
@@ -164,13 +161,9 @@ class CoupledSolve {
         T r[6];
         Load6(residual_, k, lane, r);
         if (k + 1 < frames_) {
-          const LaneAxis<T> m = Motion(k, lane);
           T later[6];
           Load6(conditioned_, k + 1, lane, later);
-          for (int i = 0; i < 3; ++i) {
-            r[i] -= m.a[0][0] * later[i] + m.a[0][1] * later[3 + i];
-            r[3 + i] -= m.a[1][0] * later[i] + m.a[1][1] * later[3 + i];
-          }
+          SubtractProduct(Motion(k, lane), later, r);
         }
         T gained[6];
         Multiply(LoadBlock(inverse_, k, lane), r, gained);
@@ -183,14 +176,10 @@ class CoupledSolve {
         T z[6];
         Load6(conditioned_, k, lane, z);
         if (k > 0) {
-          const LaneAxis<T> m = Motion(k - 1, lane);
           T earlier[6];
           Load6(conditioned_, k - 1, lane, earlier);
           T pull[6];
-          for (int i = 0; i < 3; ++i) {
-            pull[i] = m.a[0][0] * earlier[i] + m.a[1][0] * earlier[3 + i];
-            pull[3 + i] = m.a[0][1] * earlier[i] + m.a[1][1] * earlier[3 + i];
-          }
+          MultiplyTransposed(Motion(k - 1, lane), earlier, pull);
           T back[6];
           Multiply(LoadBlock(inverse_, k, lane), pull, back);
           for (int i = 0; i < 6; ++i) z[i] -= back[i];

@@ -39,6 +39,35 @@ struct LaneAxis {
   T a[2][2];
 };
 
+// y -= m x
+template <typename T>
+KINEGRAPH_INLINE void SubtractProduct(const LaneAxis<T> &m, const T x[6],
+                                      T y[6]) {
+  for (int i = 0; i < 3; ++i) {
+    y[i] -= m.a[0][0] * x[i] + m.a[0][1] * x[3 + i];
+    y[3 + i] -= m.a[1][0] * x[i] + m.a[1][1] * x[3 + i];
+  }
+}
+
+// y = m' x
+template <typename T>
+KINEGRAPH_INLINE void MultiplyTransposed(const LaneAxis<T> &m, const T x[6],
+                                         T y[6]) {
+  for (int i = 0; i < 3; ++i) {
+    y[i] = m.a[0][0] * x[i] + m.a[1][0] * x[3 + i];
+    y[3 + i] = m.a[0][1] * x[i] + m.a[1][1] * x[3 + i];
+  }
+}
+
+// Multiplies the diagonal of s by `factor`.
+template <typename T>
+KINEGRAPH_INLINE void ScaleDiagonal(const T &factor, LaneBlock<T> *s) {
+  for (int i = 0; i < 3; ++i) {
+    s->pp[kSymmetric[i][i]] *= factor;
+    s->vv[kSymmetric[i][i]] *= factor;
+  }
+}
+
 // Inverse of a symmetric positive definite 3x3 by cofactors; the mask is true
 // where it is positive definite.
 template <typename T>

@@ -24,23 +24,20 @@ struct LinearChain {
 // information of observations is multiplied by `correction`
 // (InformationCorrection of their loss). Includes the chain's own prior unless
 // the person's prior replaces it.
-LinearChain LineariseInformation(const PersonProblem& problem,
-                                 const JointChain& chain, double correction) {
+LinearChain LineariseInformation(const PersonProblem& problem, size_t joint,
+                                 double correction) {
+  const JointChain& chain = problem.joints[joint];
   const size_t frames = problem.times.size();
-  LinearChain linear = {
-      std::vector<Matrix6d>(frames, Matrix6d::Zero()),
-      std::vector<Matrix6d>(frames > 0 ? frames - 1 : 0, Matrix6d::Zero())};
+  LinearChain linear = {std::vector<Matrix6d>(frames, Matrix6d::Zero()),
+                        std::vector<Matrix6d>(frames - 1, Matrix6d::Zero())};
   FactorWalk walk;
   walk.priors = problem.prior.empty();
   walk.stated = true;
-  const auto state_of = [&](const StateKey& key) {
-    return chain.states[key.frame].data();
-  };
   const auto add = [&](const auto& factor, const auto& keys,
                        const Robustness& robustness) {
     using Factor = std::decay_t<decltype(factor)>;
     Linearised<Factor> at;
-    if (!LineariseFactor(factor, keys, state_of, &at)) return true;
+    if (!LineariseFactor(factor, keys, problem, &at)) return true;
     double weight = WeightAtEstimate(chain, robustness, at.squared_norm());
     if (robustness.measurement >= 0) {
       weight *= correction * robustness.information;
@@ -56,7 +53,7 @@ LinearChain LineariseInformation(const PersonProblem& problem,
     }
     return true;
   };
-  ForEachFactor(problem, chain, 0, walk, add);
+  ForEachFactor(problem, joint, walk, add);
   return linear;
 }
 
@@ -376,8 +373,7 @@ bool PersonCovariances(const PersonProblem& problem, double correction,
   PersonSystem system;
   for (size_t j = 0; j < joint_count; ++j) {
     (*covariances)[j].resize(frame_end);
-    system.chains.push_back(
-        LineariseInformation(problem, problem.joints[j], correction));
+    system.chains.push_back(LineariseInformation(problem, j, correction));
   }
   AddCouplings(problem, &system);
   if (!problem.prior.empty()) AddPrior(problem.prior, &system);

@@ -257,7 +257,7 @@ class BundleProblem {
         problem_.AddResidualBlock(
             new SegmentFactor(&cameras_[v], &segment, &measurement,
                               segments_.noise_scale),
-            MakeCeresLoss(kSceneLoss, kSceneLossScale, 1.0), states_[s].data(),
+            MakeCeresLoss(kSceneLoss, kSceneLossScale), states_[s].data(),
             changes_[v].data(),
             offsets_[offset_at_.at(KeyOf(segment, measurement))].data());
         added = true;
@@ -459,8 +459,7 @@ void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
   information -= cross * solved;
   gradient -= solved.transpose() * state_gradient;
   information_ += information.topLeftCorner(size_, size_);
-  const auto block =
-      static_cast<int64_t>(std::floor(segment.middle_s / BinLength(segments_)));
+  const int64_t block = BinOf(segments_, segment);
   AddScore(block, gradient.head(size_), &scores_);
   if (!has_offsets) return;
   Offsets& offsets = offsets_[{segment.person, segment.joint}];
@@ -559,9 +558,7 @@ double ReducedSystem::LargestCorrelation() const {
   double largest = 0.0;
   for (Eigen::Index i = 0; i < size_; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
-      if (is_clock[i] == is_clock[j]) {
-        continue;
-      }
+      if (is_clock[i] == is_clock[j]) continue;
       const double scale = std::sqrt(inverse(i, i) * inverse(j, j));
       if (scale > 0.0) {
         largest = std::max(largest, std::abs(inverse(i, j)) / scale);

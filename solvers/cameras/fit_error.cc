@@ -1,7 +1,6 @@
 #include "solvers/cameras/fit_error.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <map>
 
@@ -15,7 +14,6 @@ void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
                 const std::vector<CameraChange>& changes, double noise_scale,
                 const SegmentOptions& options, Eigen::Index bin,
                 FitError* error) {
-  constexpr double kCapPx = 30.0;
   SegmentState state = segment.state;
   const bool solved =
       SolveSegment(cameras, changes, segment, noise_scale, options, &state);
@@ -23,13 +21,13 @@ void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
   std::vector<Eigen::Vector3d> sums(cameras.size(), Eigen::Vector3d::Zero());
   for (const SegmentMeasurement& one : segment.measurements) {
     const auto v = static_cast<size_t>(one.view_idx);
-    double distance_px = kCapPx;
+    double distance_px = FitError::kMostPx;
     const auto r = solved ? SegmentResidual(cameras[v], changes[v], segment,
                                             state, one, 1.0)
                           : std::nullopt;
     if (r.has_value()) {
       const Eigen::Vector2d residual_px = *r * one.sigma_px;
-      distance_px = std::min(kCapPx, residual_px.norm());
+      distance_px = std::min(FitError::kMostPx, residual_px.norm());
       sums[v].head<2>() +=
           distance_px / std::max(1e-9, residual_px.norm()) * residual_px;
       sums[v].z() += 1.0;
@@ -74,10 +72,10 @@ RatioSeries SeriesOf(const FitError& error, int view) {
 
 }  // namespace
 
-std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments) {
-  std::map<double, Eigen::Index> bins;
+std::map<int64_t, Eigen::Index> FilledBins(const SceneSegments& segments) {
+  std::map<int64_t, Eigen::Index> bins;
   for (const MotionSegment& segment : segments.segments) {
-    bins[std::floor(segment.middle_s / BinLength(segments))] = 0;
+    bins[BinOf(segments, segment)] = 0;
   }
   Eigen::Index place = 0;
   for (auto& bin : bins) bin.second = place++;
@@ -87,7 +85,7 @@ std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments) {
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,
                     const SegmentOptions& options) {
-  const std::map<double, Eigen::Index> bins = FilledBins(segments);
+  const std::map<int64_t, Eigen::Index> bins = FilledBins(segments);
   const auto views = static_cast<Eigen::Index>(cameras.size());
   FitError error;
   error.sum_px.setZero(views, static_cast<Eigen::Index>(bins.size()));
@@ -95,9 +93,8 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
   error.lasting_m.setZero(views);
   error.segments = error.lasting_m;
   for (const MotionSegment& segment : segments.segments) {
-    const double bin = std::floor(segment.middle_s / BinLength(segments));
     AddSegment(cameras, segment, changes, segments.noise_scale, options,
-               bins.at(bin), &error);
+               bins.at(BinOf(segments, segment)), &error);
   }
   return error;
 }

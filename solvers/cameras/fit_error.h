@@ -2,6 +2,7 @@
 #define KINEGRAPH_SOLVERS_CAMERAS_FIT_ERROR_H_
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <map>
 #include <vector>
 
@@ -15,7 +16,9 @@ namespace kinegraph {
 // How well given cameras explain a recording: each segment's state is estimated
 // with them, and its residuals are summed in short time bins.
 struct FitError {
-  // Sums of min(|residual|, 30 px) and counts, [view, bin].
+  // Largest error of a measurement [px], also that of a joint without an image.
+  static constexpr double kMostPx = 30.0;
+  // Sums of min(|residual|, kMostPx) and counts, [view, bin].
   Eigen::ArrayXXd sum_px;
   Eigen::ArrayXXd count;
   // Errors that persist over a segment [m]: the length of its mean residual at
@@ -26,9 +29,9 @@ struct FitError {
   double MeanPx(int view = -1) const;  // -1: all views
 };
 
-// Column of each time bin with at least one segment, by floor(middle_s /
-// BinLength); empty bins have no column.
-std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments);
+// Column of each time bin with at least one segment, by BinOf; empty bins have
+// no column.
+std::map<int64_t, Eigen::Index> FilledBins(const SceneSegments& segments);
 
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,

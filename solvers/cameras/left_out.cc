@@ -1,27 +1,13 @@
 #include "solvers/cameras/left_out.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <utility>
 
 namespace kinegraph {
 namespace {
-
-constexpr double kCapPx = 30.0;
-
-// Residual of a measurement, capped; equal to the cap if the point has no
-// image.
-double CappedPx(const CameraRig& cameras,
-                const std::vector<CameraChange>& changes,
-                const MotionSegment& segment, const SegmentState& state,
-                const SegmentMeasurement& one) {
-  const auto v = static_cast<size_t>(one.view_idx);
-  const auto r =
-      SegmentResidual(cameras[v], changes[v], segment, state, one, 1.0);
-  return r.has_value() ? std::min(kCapPx, r->norm() * one.sigma_px) : kCapPx;
-}
 
 // A segment with the measurements of the other views, and those of the held-out
 // view.
@@ -56,21 +42,27 @@ std::vector<SplitSegment> SplitBy(const SceneSegments& segments, int view) {
 
 // Adds the errors in the held-out view, at the states estimated from the
 // others.
-void AddLeftOut(const CameraRig& cameras,
+void AddLeftOut(const CameraRig& cameras, const SceneSegments& segments,
                 const std::vector<SplitSegment>& split,
-                const std::vector<CameraChange>& changes, double noise_scale,
-                const SegmentOptions& options, double bin_s,
-                const std::map<double, Eigen::Index>& bins, FitError* error) {
+                const std::vector<CameraChange>& changes,
+                const SegmentOptions& options,
+                const std::map<int64_t, Eigen::Index>& bins, FitError* error) {
   for (const SplitSegment& one : split) {
     if (one.left_out.empty()) continue;
     SegmentState state = one.others.state;
-    const bool solved = SolveSegment(cameras, changes, one.others, noise_scale,
-                                     options, &state);
-    const Eigen::Index bin = bins.at(std::floor(one.others.middle_s / bin_s));
+    const bool solved = SolveSegment(cameras, changes, one.others,
+                                     segments.noise_scale, options, &state);
+    const Eigen::Index bin = bins.at(BinOf(segments, one.others));
     for (const SegmentMeasurement& measurement : one.left_out) {
+      const auto v = static_cast<size_t>(measurement.view_idx);
+      const auto r = solved
+                         ? SegmentResidual(cameras[v], changes[v], one.others,
+                                           state, measurement, 1.0)
+                         : std::nullopt;
       error->sum_px(measurement.view_idx, bin) +=
-          solved ? CappedPx(cameras, changes, one.others, state, measurement)
-                 : kCapPx;
+          r.has_value()
+              ? std::min(FitError::kMostPx, r->norm() * measurement.sigma_px)
+              : FitError::kMostPx;
       error->count(measurement.view_idx, bin) += 1.0;
     }
   }
@@ -87,7 +79,7 @@ std::optional<FitGain> LeftOutGain(const CameraRig& cameras,
   if (cameras.size() < kFewestViews) return std::nullopt;
   BundleOptions changes_alone = options;
   changes_alone.wants_covariance = false;
-  const std::map<double, Eigen::Index> bins = FilledBins(segments);
+  const std::map<int64_t, Eigen::Index> bins = FilledBins(segments);
   FitError before;
   before.sum_px.setZero(static_cast<Eigen::Index>(cameras.size()),
                         static_cast<Eigen::Index>(bins.size()));
@@ -105,8 +97,8 @@ std::optional<FitGain> LeftOutGain(const CameraRig& cameras,
         AdjustBundle(cameras, others, free, start, changes_alone, moves);
     const auto add = [&](const std::vector<CameraChange>& changes,
                          FitError* error) {
-      AddLeftOut(cameras, split, changes, segments.noise_scale,
-                 options.segments, BinLength(segments), bins, error);
+      AddLeftOut(cameras, segments, split, changes, options.segments, bins,
+                 error);
     };
     add(start, &before);
     add(fit.usable ? fit.changes : start, &after);

@@ -14,6 +14,11 @@
 namespace kinegraph {
 namespace {
 
+// Names in the order of the enum.
+std::vector<std::string> RefineKindNames() {
+  return {"off", "shift", "rotation", "pose", "pose_focal"};
+}
+
 // Minimum gain for which calibrated cameras are replaced. It does not apply if
 // a clock deviates (IsLate), because people at rest give no information about
 // clocks and reduce the mean gain.
@@ -188,23 +193,12 @@ bool AnyIsLate(const BundleResult& fit, double frame_s, double span_s) {
   return false;
 }
 
-const std::vector<std::string>& RefineKindNames() {
-  static const std::vector<std::string> kNames = {"off", "shift", "rotation",
-                                                  "pose", "pose_focal"};
-  return kNames;
-}
-
-const std::vector<std::string>& GroundKindNames() {
-  static const std::vector<std::string> kNames = {"off", "feet"};
-  return kNames;
-}
-
 void RefineOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("refine", &refine, RefineKindNames(),
                  "camera parameters refined from the people");
   visitor.Boolean("refine_clock", &refine_clock,
                   "estimate offset and drift of each view's clock");
-  visitor.Choice("ground", &ground, GroundKindNames(),
+  visitor.Choice("ground", &ground, {"off", "feet"},
                  "transform the world so that z points up from the floor on "
                  "which people stand");
 }

@@ -2,19 +2,14 @@
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_REFINE_OPTIONS_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_REFINE_OPTIONS_H_
 
-#include <string>
-#include <vector>
-
 #include "core/base/options.h"
 
 namespace kinegraph {
 
 enum class RefineKind { kOff, kShift, kRotation, kPose, kPoseFocal };
-const std::vector<std::string>& RefineKindNames();
 
 // Source of the world's floor and origin.
 enum class GroundKind { kOff, kFeet };
-const std::vector<std::string>& GroundKindNames();
 
 // Options of refinement, part of the table "cameras".
 struct RefineOptions {

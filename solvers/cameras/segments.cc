@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/median.h"
 #include "core/evaluation/statistics.h"
 #include "core/geometry/triangulation.h"
@@ -121,7 +122,7 @@ std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
 // (1) of a segment: a Hann window, whose centroid hardly depends on the
 // sampling times.
 double TaperAt(double share) {
-  return std::abs(share) < 1.0 ? std::cos(0.5 * M_PI * share) : 0.0;
+  return std::abs(share) < 1.0 ? std::cos(0.5 * kPi * share) : 0.0;
 }
 constexpr double kLeastTaper = 0.1;
 
@@ -516,7 +517,12 @@ bool MoveEnough(const SceneSegments& segments) {
 }
 
 double BinLength(const SceneSegments& segments) {
-  return std::min(1.0, std::max(0.2, segments.span_s / 20.0));
+  return std::clamp(segments.span_s / 20.0, 0.2, 1.0);
+}
+
+int64_t BinOf(const SceneSegments& segments, const MotionSegment& segment) {
+  return static_cast<int64_t>(
+      std::floor(segment.middle_s / BinLength(segments)));
 }
 
 double PlacesApart(const SceneSegments& scene) {

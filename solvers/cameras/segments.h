@@ -160,6 +160,9 @@ bool MoveEnough(const SceneSegments& segments);
 // second.
 double BinLength(const SceneSegments& segments);
 
+// Index of the time bin that contains the middle of `segment`.
+int64_t BinOf(const SceneSegments& segments, const MotionSegment& segment);
+
 // Ways to halve a recording. Persistent detector errors are specific to a
 // joint: they are present in both halves of the time, but not in other joints.
 // They are correlated between joints of one limb, more between two legs than

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/geometry/triangulation.h"
 
 namespace kinegraph {
@@ -14,8 +15,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kDegPerRad = 57.29577951308232;
 
 // The point with the least sum of squared distances to the optical axes.
 std::optional<Vector3d> LookedAt(const CameraRig& cameras) {

@@ -32,7 +32,24 @@ bool CeresPersonPrior::Evaluate(double const* const* parameters,
 
 namespace {
 
-ceres::LossFunction* MakePlain(LossKind kind, double scale) {
+// Geman and McClure (1985): rho(s) = c^2 s / (c^2 + s). Ceres 2.1 has none.
+class GemanMcClureLoss final : public ceres::LossFunction {
+ public:
+  explicit GemanMcClureLoss(double scale) : scale_(scale) {}
+  void Evaluate(double s, double rho[3]) const override {
+    const LossValue value = EvaluateLoss(LossKind::kGemanMcClure, scale_, s);
+    rho[0] = value.rho;
+    rho[1] = value.first;
+    rho[2] = value.second;
+  }
+
+ private:
+  double scale_;
+};
+
+}  // namespace
+
+ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale) {
   switch (kind) {
     case LossKind::kNone:
       break;
@@ -46,22 +63,6 @@ ceres::LossFunction* MakePlain(LossKind kind, double scale) {
       return new ceres::TukeyLoss(scale);
   }
   return nullptr;
-}
-
-}  // namespace
-
-void GemanMcClureLoss::Evaluate(double s, double rho[3]) const {
-  const LossValue value = EvaluateLoss(LossKind::kGemanMcClure, scale_, s);
-  rho[0] = value.rho;
-  rho[1] = value.first;
-  rho[2] = value.second;
-}
-
-ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
-                                   double information) {
-  ceres::LossFunction* plain = MakePlain(kind, scale);
-  if (information == 1.0) return plain;
-  return new ceres::ScaledLoss(plain, information, ceres::TAKE_OWNERSHIP);
 }
 
 namespace {

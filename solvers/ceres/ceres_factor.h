@@ -68,20 +68,8 @@ class CeresPersonPrior final : public ceres::CostFunction {
   const PersonPrior* prior_ = nullptr;
 };
 
-// Geman and McClure (1985): rho(s) = c^2 s / (c^2 + s). Ceres 2.1 has none.
-class GemanMcClureLoss final : public ceres::LossFunction {
- public:
-  explicit GemanMcClureLoss(double scale) : scale_(scale) {}
-  void Evaluate(double s, double rho[3]) const override;
-
- private:
-  double scale_;
-};
-
-// The caller owns the result. `information` >= 0 scales the loss, not its
-// threshold (ceres::ScaledLoss). Null for a loss without effect.
-ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
-                                   double information);
+// The caller owns the result. Null for LossKind::kNone.
+ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale);
 
 // The measurements of a joint in one frame as one residual block, because
 // Ceres' overhead per block exceeds the cost of a projection. The robust loss

@@ -162,7 +162,6 @@ class CeresSolver::Graph {
 
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* person) {
     SolveReport report;
-    if (person->times.empty()) return report;
     Arrange(*person);
     report.ceres_problems = 1;
     for (size_t i = 0; i < schedule.stages.size(); ++i) {
@@ -171,22 +170,16 @@ class CeresSolver::Graph {
       if (!report.finite) break;
       Unload(person);
     }
+    RemoveUser();
+    if (!report.finite) return report;
     for (JointChain& chain : person->joints) {
       StoreWeights(schedule.stages.back(), &chain);
     }
-    if (report.finite && !report.converged && schedule.doubt_unsettled) {
-      Doubt(person, &report);
-    }
-    RemoveUser();
+    if (!report.converged && schedule.doubt_unsettled) Doubt(person, &report);
     return report;
   }
 
  private:
-  static const PersonCentre& CentreOf(const PersonProblem& person, size_t k) {
-    static const PersonCentre kUnknown;
-    return k < person.centres.size() ? person.centres[k] : kUnknown;
-  }
-
   // Adds or removes blocks to match the pattern of `person`.
   void Arrange(const PersonProblem& person) {
     RemoveUser();  // a stopped solve leaves them behind
@@ -242,7 +235,7 @@ class CeresSolver::Graph {
       if (count_ > 0) {
         add(&frame.motions[j], frames_[count_ - 1]->states[j].data(), state);
       }
-      frame.bundles[j].Set(person.joints[j], count_, CentreOf(person, count_),
+      frame.bundles[j].Set(person.joints[j], count_, person.centres[count_],
                            &stage_);
       add(&frame.bundles[j], state);
     }
@@ -278,7 +271,7 @@ class CeresSolver::Graph {
     for (const PlacedFactor& placed : person.user) {
       user_.push_back(std::make_unique<CeresGeneral>(placed.factor.get()));
       losses_.emplace_back(
-          MakeCeresLoss(placed.robustness.loss, placed.robustness.scale, 1.0));
+          MakeCeresLoss(placed.robustness.loss, placed.robustness.scale));
       blocks_.clear();
       for (const StateKey& key : placed.keys) {
         blocks_.push_back(frames_[key.frame]->states[key.joint].data());
@@ -303,12 +296,12 @@ class CeresSolver::Graph {
     FactorWalk walk;
     for (size_t j = 0; j < joint_count_; ++j) {
       const JointChain& chain = person.joints[j];
-      const JointFactors factors(person, chain, walk);
+      const JointFactors factors(person, j, walk);
       if (!priors_.empty()) priors_[j].Set(factors.Prior());
       for (size_t k = 0; k < count_; ++k) {
         FrameBlocks& frame = *frames_[k];
         frame.states[j] = chain.states[k];
-        frame.bundles[j].Set(chain, k, CentreOf(person, k), &stage_);
+        frame.bundles[j].Set(chain, k, person.centres[k], &stage_);
         if (k > 0) frame.motions[j].Set(factors.Motion(k - 1));
       }
     }
@@ -407,11 +400,6 @@ SolveReport CeresSolver::Solve(const SolveSchedule& schedule,
                                PersonProblem* problem) {
   if (graph_ == nullptr) graph_ = std::make_unique<Graph>();
   return graph_->Solve(schedule, problem);
-}
-
-SolveReport SolveWithCeres(const SolveSchedule& schedule,
-                           PersonProblem* problem) {
-  return CeresSolver().Solve(schedule, problem);
 }
 
 }  // namespace kinegraph

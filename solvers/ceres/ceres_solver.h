@@ -32,18 +32,14 @@ class CeresSolver {
   // Ceres ends a stage where the gradient is negligible (GradientTolerance in
   // the source), or when a step hardly lowers the cost or, undamped, moves no
   // joint by more than the schedule's tolerance. If a stage has no finite
-  // result, its start is kept and later stages are skipped. Ceres' own summary
-  // is logged at VLOG level 2.
+  // result, its start and the measurements' weights are kept and later stages
+  // are skipped. Ceres' own summary is logged at VLOG level 2.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
  private:
   class Graph;
   std::unique_ptr<Graph> graph_;
 };
-
-// CeresSolver::Solve with a temporary solver.
-SolveReport SolveWithCeres(const SolveSchedule& schedule,
-                           PersonProblem* problem);
 
 }  // namespace kinegraph
 

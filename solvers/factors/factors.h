@@ -236,7 +236,7 @@ struct GaussianPrior {
 // error.
 //
 // Visits the factors whose earliest state is that of frame k, as
-//   bool visit(const Factor& factor, const Chain::Counting& counting)
+//   bool visit(factor, counting)
 // on the states of frames k .. k + Factor::kKeys - 1; returning false ends the
 // walk. A chain has
 //   frame_count()

@@ -12,6 +12,7 @@
 #ifndef KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 #define KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -49,8 +50,7 @@ using CameraReprojection = Reprojection<double, CameraView>;
 // Selects the factors to visit.
 struct FactorWalk {
   SolveStage stage;  // the loss of reprojections
-  // Factors whose earliest state is in frames begin .. end - 1.
-  size_t begin = 0;
+  // Only factors whose earliest state is before this frame.
   size_t end = static_cast<size_t>(-1);
   bool priors = true;  // of the joints
   // Use the priors' information for covariances (StatePrior::A_stated).
@@ -73,14 +73,11 @@ inline GaussianPrior<double> PriorOf(const StatePrior& prior, bool stated) {
 // A joint's chain in the form that factors.h iterates over.
 class JointFactors {
  public:
-  using Counting = Robustness;
-
-  // `chain` belongs to `problem`, or has the same frames.
-  JointFactors(const PersonProblem& problem, const JointChain& chain,
+  JointFactors(const PersonProblem& problem, size_t joint,
                const FactorWalk& walk)
       : times_(problem.times),
         centres_(problem.centres),
-        chain_(chain),
+        chain_(problem.joints[joint]),
         walk_(walk),
         pixels_{walk.stage.loss, walk.stage.scale} {}
 
@@ -89,9 +86,7 @@ class JointFactors {
   GaussianPrior<double> Prior() const {
     return PriorOf(chain_.prior, walk_.stated);
   }
-  bool HasCentre(size_t k) const {
-    return k < centres_.size() && centres_[k].per_sigma > 0.0;
-  }
+  bool HasCentre(size_t k) const { return centres_[k].per_sigma > 0.0; }
   BodyCentre<double> Centre(size_t k) const {
     return {centres_[k].position_m.data(), centres_[k].per_sigma};
   }
@@ -120,18 +115,19 @@ class JointFactors {
   const Robustness pixels_;
 };
 
-// The factors of one joint of `problem`; `joint` only enters the keys.
+// The factors of one joint.
 template <typename Visit>
-bool ForEachFactor(const PersonProblem& problem, const JointChain& chain,
-                   int joint, const FactorWalk& walk, Visit&& visit) {
-  const JointFactors factors(problem, chain, walk);
-  const size_t frame_count = factors.frame_count();
-  const size_t end = walk.end < frame_count ? walk.end : frame_count;
-  for (size_t k = walk.begin; k < end; ++k) {
+bool ForEachFactor(const PersonProblem& problem, size_t joint,
+                   const FactorWalk& walk, Visit&& visit) {
+  const JointFactors factors(problem, joint, walk);
+  const size_t end = std::min(walk.end, factors.frame_count());
+  for (size_t k = 0; k < end; ++k) {
     const auto with_keys = [&](const auto& factor,
                                const Robustness& robustness) {
       Keys<std::decay_t<decltype(factor)>::kKeys> keys;
-      for (size_t i = 0; i < keys.size(); ++i) keys[i] = {joint, k + i};
+      for (size_t i = 0; i < keys.size(); ++i) {
+        keys[i] = {static_cast<int>(joint), k + i};
+      }
       return visit(factor, keys, robustness);
     };
     if (!ForEachFactorOfFrame(factors, k, with_keys)) return false;
@@ -143,33 +139,16 @@ bool ForEachFactor(const PersonProblem& problem, const JointChain& chain,
 template <typename Visit>
 bool ForEachCoupling(const PersonProblem& problem, const FactorWalk& walk,
                      Visit&& visit) {
-  const size_t frame_count = problem.times.size();
-  const size_t end = walk.end < frame_count ? walk.end : frame_count;
+  const size_t end = std::min(walk.end, problem.times.size());
   for (const BoneConstraint& bone : problem.bones) {
     const BoneLength<double> factor = {bone.length_m, 1.0 / bone.sigma_m};
-    for (size_t k = walk.begin; k < end; ++k) {
+    for (size_t k = 0; k < end; ++k) {
       if (!visit(factor, Keys<2>{{{bone.a, k}, {bone.b, k}}}, Robustness{})) {
         return false;
       }
     }
   }
   return true;
-}
-
-// All of a person's factors except PersonProblem::prior and
-// PersonProblem::user.
-template <typename Visit>
-bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
-                   Visit&& visit) {
-  FactorWalk own = walk;
-  own.priors = walk.priors && problem.prior.empty();
-  for (size_t j = 0; j < problem.joints.size(); ++j) {
-    if (!ForEachFactor(problem, problem.joints[j], static_cast<int>(j), own,
-                       visit)) {
-      return false;
-    }
-  }
-  return ForEachCoupling(problem, walk, visit);
 }
 
 // A factor's residuals and Jacobians at given states.

@@ -36,17 +36,15 @@ FactorWalk FirstFrame(KeptFor use) {
 // Calls `visit(linearised factor, keys, weight)` for a joint's factors of the
 // first frame; `correction` multiplies the weights of observations.
 template <typename Visit>
-void LineariseFirst(const PersonProblem& problem, const JointChain& chain,
+void LineariseFirst(const PersonProblem& problem, size_t joint,
                     const FactorWalk& walk, double correction,
                     const Visit& visit) {
-  const auto state_of = [&](const StateKey& key) {
-    return chain.states[key.frame].data();
-  };
+  const JointChain& chain = problem.joints[joint];
   ForEachFactor(
-      problem, chain, 0, walk,
+      problem, joint, walk,
       [&](const auto& factor, const auto& keys, const Robustness& robustness) {
         Linearised<std::decay_t<decltype(factor)>> at;
-        if (!LineariseFactor(factor, keys, state_of, &at)) return true;
+        if (!LineariseFactor(factor, keys, problem, &at)) return true;
         double weight = robustness.information *
                         WeightAtEstimate(chain, robustness, at.squared_norm());
         if (robustness.measurement >= 0) weight *= correction;
@@ -58,8 +56,8 @@ void LineariseFirst(const PersonProblem& problem, const JointChain& chain,
 using TwoStates = RowTriangle<2 * kStateSize>;
 
 SquareRootPrior<kStateSize> MarginaliseWith(const PersonProblem& problem,
-                                            const JointChain& chain,
-                                            KeptFor use, double correction) {
+                                            size_t joint, KeptFor use,
+                                            double correction) {
   TwoStates triangle;
   std::vector<TwoStates::Row> of_both;
   const auto add = [&](const auto& at, const auto& keys, double weight) {
@@ -80,7 +78,7 @@ SquareRootPrior<kStateSize> MarginaliseWith(const PersonProblem& problem,
       }
     }
   };
-  LineariseFirst(problem, chain, FirstFrame(use), correction, add);
+  LineariseFirst(problem, joint, FirstFrame(use), correction, add);
   for (const TwoStates::Row& row : of_both) triangle.Add(row);
   return triangle.Drop<kStateSize>();
 }
@@ -106,18 +104,17 @@ void EraseFirst(std::vector<PlacedFactor>* user) {
   }
 }
 
-StatePrior MarginaliseFirstState(const PersonProblem& problem,
-                                 const JointChain& chain, double correction) {
-  CHECK_GE(chain.states.size(), 2u);
-  const auto kept = MarginaliseWith(problem, chain, KeptFor::kEstimate, 1.0);
+StatePrior MarginaliseFirstState(const PersonProblem& problem, size_t joint,
+                                 double correction) {
+  const auto kept = MarginaliseWith(problem, joint, KeptFor::kEstimate, 1.0);
   StatePrior prior;
   prior.A = kept.A;
   prior.b = kept.b;
-  prior.x0 = chain.states[1];
+  prior.x0 = problem.joints[joint].states[1];
   prior.A_stated =
       correction == 1.0
           ? prior.A
-          : MarginaliseWith(problem, chain, KeptFor::kCovariance, correction).A;
+          : MarginaliseWith(problem, joint, KeptFor::kCovariance, correction).A;
   return prior;
 }
 
@@ -179,8 +176,12 @@ void AddPrior(const PersonProblem& problem, KeptFor use, TwoFrames* frames) {
   if (prior.empty()) return;
   frames->first.inside() +=
       use == KeptFor::kEstimate ? prior.information : prior.stated;
-  frames->first_gradient +=
-      prior.A.transpose() * prior.Residual(StatesOf(problem));
+  Eigen::VectorXd away = -prior.x0;
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    away.segment<kStateSize>(kStateSize * j) += problem.joints[j].states[0];
+  }
+  const Eigen::VectorXd residual = prior.A * away + prior.b;
+  frames->first_gradient += prior.A.transpose() * residual;
 }
 
 // The factors that couple joints in the first frame.
@@ -212,7 +213,7 @@ void AddJoints(const PersonProblem& problem, KeptFor use, double correction,
   for (size_t j = 0; j < problem.joints.size(); ++j) {
     const Eigen::Index own = kStateSize * static_cast<Eigen::Index>(j);
     LineariseFirst(
-        problem, problem.joints[j], walk, correction,
+        problem, j, walk, correction,
         [&](const auto& at, const auto& keys, double weight) {
           AddGradient(at.by_states[0], at.residual, weight,
                       &frames->first_gradient[own]);
@@ -339,6 +340,7 @@ std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
 }  // namespace
 
 void DropFirstFrame(double correction, PersonProblem* problem) {
+  CHECK_GE(problem->times.size(), 2u);
   if (problem->coupled()) {
     std::optional<PersonPrior> prior =
         MarginaliseFirstFrame(*problem, correction);
@@ -347,14 +349,13 @@ void DropFirstFrame(double correction, PersonProblem* problem) {
            "not positive definite";
     problem->prior = prior.has_value() ? *std::move(prior) : PersonPrior();
   }
-  for (JointChain& chain : problem->joints) {
-    chain.prior = MarginaliseFirstState(*problem, chain, correction);
+  for (size_t j = 0; j < problem->joints.size(); ++j) {
+    JointChain& chain = problem->joints[j];
+    chain.prior = MarginaliseFirstState(*problem, j, correction);
     EraseFirst(&chain);
   }
   problem->times.erase(problem->times.begin());
-  if (!problem->centres.empty()) {
-    problem->centres.erase(problem->centres.begin());
-  }
+  problem->centres.erase(problem->centres.begin());
   EraseFirst(&problem->user);
 }
 

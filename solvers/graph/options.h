@@ -98,6 +98,9 @@ struct GraphOptions {
     return pixel_noise_from == NoiseFrom::kRecording ||
            process_noise_from == NoiseFrom::kRecording;
   }
+  bool EstimatesNoiseScale() const {
+    return pixel_noise_from == NoiseFrom::kFixed && estimate_noise_scale;
+  }
 
   bool bones = false;
   double bone_sigma_m = 0.02;

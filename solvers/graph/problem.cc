@@ -21,20 +21,6 @@ StatePrior BirthPrior(const Eigen::Vector3d& centre, double sigma_m,
   return prior;
 }
 
-Eigen::VectorXd PersonPrior::Residual(const PersonStates& states) const {
-  Eigen::VectorXd away = -x0;
-  for (size_t j = 0; j < states.size(); ++j) {
-    away.segment<kStateSize>(kStateSize * j) += states[j][0];
-  }
-  return A * away + b;
-}
-
-PersonStates StatesOf(const PersonProblem& problem) {
-  PersonStates states;
-  for (const JointChain& chain : problem.joints) states.push_back(chain.states);
-  return states;
-}
-
 void GateMeasurements(JointChain* chain) {
   for (size_t k = 0; k < chain->states.size(); ++k) {
     const double* states[] = {chain->states[k].data()};
@@ -152,8 +138,7 @@ bool LineariseGeneral(const PlacedFactor& placed, const PersonProblem& problem,
     return false;
   }
   const double root =
-      std::sqrt(placed.robustness.information *
-                placed.robustness.Evaluate(rows->residual.squaredNorm()).first);
+      std::sqrt(placed.robustness.Evaluate(rows->residual.squaredNorm()).first);
   rows->residual *= root;
   for (auto& by_state : rows->by_states) by_state *= root;
   return true;

@@ -19,7 +19,6 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/span.h"
 #include "core/base/time.h"
 #include "core/geometry/camera.h"
 #include "solvers/factors/jacobian.h"
@@ -120,10 +119,9 @@ struct StatePrior {
 StatePrior BirthPrior(const Eigen::Vector3d& centre, double sigma_m,
                       double sigma_mps);
 
-using StateChain = std::vector<State>;         // of one joint, one per frame
-using PersonStates = std::vector<StateChain>;  // [joint][frame]
+using StateChain = std::vector<State>;  // of one joint, one per frame
 
-// Gaussian on the first states of all joints, stacked.
+// Gaussian on the first states of all joints, stacked: residual A (x - x0) + b.
 struct PersonPrior {
   Eigen::MatrixXd A;  // upper triangular
   Eigen::VectorXd x0;
@@ -133,8 +131,6 @@ struct PersonPrior {
   Eigen::MatrixXd stated;
 
   bool empty() const { return A.size() == 0; }
-  // A (x - x0) + b; the Jacobian is A.
-  Eigen::VectorXd Residual(const PersonStates& states) const;
 };
 
 struct JointChain {
@@ -163,8 +159,8 @@ struct PersonCentre {
 };
 
 struct PersonProblem {
-  std::vector<TimeNs> times;          // ascending, one per frame
-  std::vector<PersonCentre> centres;  // one per frame, or empty
+  std::vector<TimeNs> times;          // ascending, at least one frame
+  std::vector<PersonCentre> centres;  // one per frame
   std::vector<JointChain> joints;
   std::vector<BoneConstraint> bones;
   // Replaces the joints' own priors unless it is empty.
@@ -181,9 +177,6 @@ struct PersonProblem {
   }
 };
 
-// The states of all joints.
-PersonStates StatesOf(const PersonProblem& problem);
-
 // Linearises a placed factor at the problem's states; false where the factor is
 // undefined.
 bool LineariseGeneral(const PlacedFactor& placed, const PersonProblem& problem,
@@ -197,11 +190,10 @@ struct SolveStage {
 
 // Stages of a solve and its convergence criterion.
 struct SolveSchedule {
-  // Earlier stages only provide a start, so their tolerance is this much wider.
-  static constexpr double kEarlyTolerance = 30.0;
+  // Earlier stages only provide a start, so their tolerance is wider.
   double StepToleranceM(size_t stage) const {
     return stage + 1 == stages.size() ? step_tolerance_m
-                                      : kEarlyTolerance * step_tolerance_m;
+                                      : 30.0 * step_tolerance_m;
   }
 
   std::vector<SolveStage> stages;

@@ -37,7 +37,7 @@ class PersonSolver {
   // Gates the measurements at the joints' states and runs `schedule` for each
   // joint independently. A joint without a finite result keeps its start, and
   // its measurements get no weight; with graph.start = "dlt", all joints keep
-  // the start of the stage that failed, and the weights there.
+  // the start of the stage that failed, and all measurements their weights.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
 
   // Couples the joints by the problem's bones, starting from the independent

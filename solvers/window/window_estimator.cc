@@ -245,9 +245,8 @@ class WindowEstimator final : public Estimator {
       finals_.push_back(PoseOf(records_[k], scene_, /*covariances=*/true));
     }
     const bool coupled = problem_.coupled();
-    const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
-                        options_.estimate_noise_scale &&
-                        learnt_scale_.AwaitTurn();
+    const bool learns =
+        options_.EstimatesNoiseScale() && learnt_scale_.AwaitTurn();
     std::vector<double> squares;
     const std::vector<std::vector<Matrix6d>> covariances =
         coupled ? solver_.BoneCovariances(problem_, end)

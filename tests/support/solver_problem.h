@@ -14,6 +14,19 @@
 
 namespace kinegraph::testing {
 
+// All of a person's factors except PersonProblem::prior and
+// PersonProblem::user.
+template <typename Visit>
+bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
+                   const Visit& visit) {
+  FactorWalk own = walk;
+  own.priors = problem.prior.empty();
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    if (!kinegraph::ForEachFactor(problem, j, own, visit)) return false;
+  }
+  return ForEachCoupling(problem, walk, visit);
+}
+
 // Marginalising out the first frames must not change the covariances of the
 // other frames; the information of observations is multiplied by `correction`.
 inline void ExpectMarginalisationKeepsCovariances(double correction,

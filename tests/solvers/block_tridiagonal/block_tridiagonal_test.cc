@@ -26,7 +26,7 @@ using testing::SimulatedNoise;
 // there when started from `ours`.
 void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
                           const PersonProblem& ours, double tolerance_m) {
-  EXPECT_TRUE(SolveWithCeres(schedule, &start).finite);
+  EXPECT_TRUE(CeresSolver().Solve(schedule, &start).finite);
   ExpectSameStates(ours, start, tolerance_m);
   for (size_t j = 0; j < ours.joints.size(); ++j) {
     for (size_t m = 0; m < ours.joints[j].measurements.size(); ++m) {
@@ -37,7 +37,7 @@ void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
   SolveSchedule last = schedule;
   last.stages.erase(last.stages.begin());
   PersonProblem from_ours = ours;
-  SolveWithCeres(last, &from_ours);
+  CeresSolver().Solve(last, &from_ours);
   ExpectSameStates(ours, from_ours, 1e-8);
 }
 
@@ -88,7 +88,7 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
         robustness.information * weight * jacobian.transpose() * jacobian;
     return true;
   };
-  ForEachFactor(problem, FactorWalk(), add);
+  testing::ForEachFactor(problem, FactorWalk(), add);
   if (!problem.prior.empty()) {
     information.topLeftCorner(6 * joints, 6 * joints) +=
         problem.prior.A.transpose() * problem.prior.A;
@@ -156,7 +156,8 @@ TEST_F(ChainSolverTest, HasFullRankWithOneViewOrNone) {
     Make(views == 0 ? 1 : views, 20, SimulatedNoise());
     JointChain& chain = problem_.joints[0];
     if (views == 0) {
-      problem_.centres.clear();  // birth and motion alone
+      // Birth and motion alone.
+      problem_.centres.assign(problem_.times.size(), {});
       chain.measurements.clear();
       chain.first.assign(chain.states.size() + 1, 0);
     }
@@ -328,7 +329,7 @@ TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
   solver.Solve(schedule, &again);
   ExpectSameStates(again, rest, 1e-8);
   PersonProblem by_ceres = rest;
-  SolveWithCeres(schedule, &by_ceres);
+  CeresSolver().Solve(schedule, &by_ceres);
   ExpectSameStates(by_ceres, rest, 1e-8);
 }
 

@@ -79,8 +79,8 @@ TEST(FilledBinsTest, AreTheBinsWithSegments) {
     segments.push_back(RestingJoint(cameras, 0.0, middle_s));
   }
   EXPECT_THAT(FilledBins(SceneOf(segments, 10.0)),
-              ElementsAre(Pair(-10.0, 0), Pair(-1.0, 1), Pair(0.0, 2),
-                          Pair(1.0, 3), Pair(6000.0, 4)));
+              ElementsAre(Pair(-10, 0), Pair(-1, 1), Pair(0, 2), Pair(1, 3),
+                          Pair(6000, 4)));
   EXPECT_THAT(FilledBins(SceneOf({}, 10.0)), IsEmpty());
 }
 

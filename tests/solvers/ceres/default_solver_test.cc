@@ -127,7 +127,7 @@ TEST_F(CeresThreadsTest, CeresStartsNoThread) {
   }
   const int before = ThreadsOfThisProcess();
   const SolveReport report =
-      SolveWithCeres(MakeSchedule(GraphOptions()), &problem_);
+      CeresSolver().Solve(MakeSchedule(GraphOptions()), &problem_);
   EXPECT_GT(report.ceres_iterations, 3);
   EXPECT_EQ(ThreadsOfThisProcess(), before);
 }
@@ -151,7 +151,7 @@ TEST_F(CeresSolverTest, ResultDoesNotDependOnEarlierSolves) {
       }
     }
     PersonProblem fresh = problem_;
-    const SolveReport expected = SolveWithCeres(schedule, &fresh);
+    const SolveReport expected = CeresSolver().Solve(schedule, &fresh);
     EXPECT_TRUE(expected.converged);
     const SolveReport report = lasting.Solve(schedule, &problem_);
     EXPECT_EQ(report.ceres_iterations, expected.ceres_iterations);
@@ -181,15 +181,32 @@ TEST_F(CeresSolverTest, AFailedSolveFromDltDropsTheBones) {
   EXPECT_EQ(counts.bones_dropped, 1);
 }
 
+// Weights at states that no solve has found must not make views inliers, nor
+// replace the zero weights of joints that an earlier solve left in doubt.
+TEST_F(CeresSolverTest, AFailedSolveKeepsTheWeights) {
+  Make({4, 20, 71, false, 0}, SimulatedNoise());
+  const Bone& bone = scene_.skeleton.bones()[0];
+  problem_.bones.push_back({bone.a, bone.b, std::nan(""), 0.02});
+  for (PixelMeasurement& m : problem_.joints[0].measurements) m.weight = 0.5;
+  const SolveReport report =
+      CeresSolver().Solve(MakeSchedule(GraphOptions()), &problem_);
+  EXPECT_FALSE(report.finite);
+  for (size_t j = 0; j < problem_.joints.size(); ++j) {
+    for (const PixelMeasurement& m : problem_.joints[j].measurements) {
+      EXPECT_EQ(m.weight, j == 0 ? 0.5 : 0.0);
+    }
+  }
+}
+
 // The chain's last step may move a state behind a camera that sees the joint.
 TEST_F(CeresSolverTest, AStartBehindACameraIsGated) {
   Make({4, 20, 71, false, 0}, SimulatedNoise());
   const SolveSchedule schedule = MakeSchedule(GraphOptions());
-  ASSERT_TRUE(SolveWithCeres(schedule, &problem_).converged);
+  ASSERT_TRUE(CeresSolver().Solve(schedule, &problem_).converged);
   JointChain& chain = problem_.joints[1];
   const Camera& camera = *chain.measurements[chain.first[9]].camera;
   chain.states[9].head<3>() = 2.0 * camera.centre();
-  const SolveReport report = SolveWithCeres(schedule, &problem_);
+  const SolveReport report = CeresSolver().Solve(schedule, &problem_);
   EXPECT_TRUE(report.finite);
   EXPECT_TRUE(chain.measurements[chain.first[9]].gated);
   EXPECT_EQ(chain.measurements[chain.first[9]].weight, 0.0);
@@ -211,7 +228,7 @@ TEST_F(CeresSolverTest, JointInOneViewStaysNearThePerson) {
     }
   }
   const SolveReport report =
-      SolveWithCeres(MakeSchedule(GraphOptions()), &problem_);
+      CeresSolver().Solve(MakeSchedule(GraphOptions()), &problem_);
   EXPECT_TRUE(report.finite);
   EXPECT_TRUE(report.converged);
   for (const JointChain& chain : problem_.joints) {

@@ -180,13 +180,13 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
   SolveSchedule schedule;
   schedule.step_tolerance_m = 1e-10;
   schedule.stages = {{LossKind::kNone, 1.0, 200}};
-  ASSERT_TRUE(SolveWithCeres(schedule, &problem).finite);
+  ASSERT_TRUE(CeresSolver().Solve(schedule, &problem).finite);
   testing::ExpectMarginalisationKeepsCovariances(1.0, problem);
   for (size_t dropped = 1; dropped <= 3; ++dropped) {
     DropFirstFrame(1.0, &problem);
     ASSERT_EQ(problem.user.size(), kFrames - 1 - dropped);
     PersonProblem again = problem;
-    SolveWithCeres(schedule, &again);
+    CeresSolver().Solve(schedule, &again);
     // The tolerance covers rounding in a prior with a condition number of 1e7.
     testing::ExpectSameStates(again, problem, 1e-7);
   }

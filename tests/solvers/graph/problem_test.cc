@@ -3,12 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/random.h"
 #include "solvers/graph/outcome.h"
 #include "tests/support/rig.h"
 
@@ -54,39 +52,6 @@ TEST(BirthPrior, ScalesPositionsAndVelocitiesByTheSigmas) {
   expected << 2.0, 0.0, -1.0, 2.0, -1.0, 0.0;
   EXPECT_LT((residual - expected).norm(), 1e-14);
   EXPECT_EQ(prior.A_stated, prior.A);
-}
-
-TEST(PersonPrior, ResidualDependsOnTheFirstStatesOfAllJoints) {
-  Random random(4);
-  PersonPrior prior;
-  EXPECT_TRUE(prior.empty());
-  prior.A.resize(12, 12);
-  prior.x0.resize(12);
-  prior.b.resize(12);
-  for (Eigen::Index i = 0; i < 12; ++i) {
-    for (Eigen::Index j = 0; j < 12; ++j) {
-      prior.A(i, j) = j < i ? 0.0 : random.Normal();
-    }
-    prior.x0[i] = random.Normal();
-    prior.b[i] = random.Normal();
-  }
-  EXPECT_FALSE(prior.empty());
-  PersonStates states(2, StateChain(3, State::Zero()));
-  for (StateChain& chain : states) {
-    for (State& state : chain) {
-      for (int i = 0; i < kStateSize; ++i) state[i] = random.Normal();
-    }
-  }
-  const Eigen::VectorXd residual = prior.Residual(states);
-  for (Eigen::Index i = 0; i < 12; ++i) {
-    double row = prior.b[i];
-    for (Eigen::Index j = 0; j < 12; ++j) {
-      const double x = states[static_cast<size_t>(j / 6)][0][j % 6];
-      row += prior.A(i, j) * (x - prior.x0[j]);
-    }
-    // Rounding of a dozen products of numbers near one.
-    EXPECT_NEAR(residual[i], row, 1e-13);
-  }
 }
 
 // ---- Measurements ----
@@ -231,12 +196,11 @@ TEST(LineariseGeneral, ScalesRowsByTheRootOfTheWeight) {
     joint.states.assign(2, State::Zero());
   problem.joints[2].states[1][0] = 0.75;
   problem.joints[1].states[0][0] = 0.25;
-  PlacedFactor placed = Placed(FactorOn({{2, 0}, {1, 1}}, 2), true, 1)[0];
-  placed.robustness.information = 9.0;
+  const PlacedFactor placed = Placed(FactorOn({{2, 0}, {1, 1}}, 2), true, 1)[0];
   GeneralRows rows;
   ASSERT_TRUE(LineariseGeneral(placed, problem, &rows));
   // The residual is 2, as large as the loss' scale: Cauchy's weight is a half.
-  const double root = std::sqrt(9.0 * 0.5);
+  const double root = std::sqrt(0.5);
   EXPECT_DOUBLE_EQ(rows.residual[0], 2.0 * root);
   for (const auto& by_state : rows.by_states) {
     EXPECT_DOUBLE_EQ(by_state(0, 0), 2.0 * root);
