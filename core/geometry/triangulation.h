@@ -16,7 +16,6 @@ enum class TriangulationStatus {
   kParallelRays,  // no two rays differ by the minimum angle
   kBehindCamera,  // the point is behind a camera that measured it
 };
-const char* ToString(TriangulationStatus status);
 
 struct PointMeasurement {
   const Camera* camera = nullptr;

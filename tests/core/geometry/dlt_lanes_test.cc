@@ -118,7 +118,8 @@ TEST_P(DltLanes, EqualTriangulateDlt) {
       if (points.found[j] < 0.0) continue;  // left to TriangulateDlt
       ++settled;
       const TriangulationResult alone = Alone(views, j);
-      ASSERT_EQ(points.found[j] > 0.0, alone.ok()) << ToString(alone.status);
+      ASSERT_EQ(points.found[j] > 0.0, alone.ok())
+          << static_cast<int>(alone.status);
       if (!alone.ok()) continue;
       ++found;
       const bool complete =
