@@ -5,12 +5,14 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/constants.h"
+
 namespace kinegraph {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+constexpr double kRadiansPerDegree = kPi / 180.0;
 
 // Upward directions within this angle count as equal: people who sit or bend
 // lean by less.
