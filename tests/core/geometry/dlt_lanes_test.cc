@@ -65,7 +65,7 @@ Points InLanes(const Views& views, InstructionSet set) {
   Points points;
   TriangulateLanes(
       views.lanes.data(), static_cast<int>(views.lanes.size()),
-      PaddedLanes(kJoints), DltLanesOptions(),
+      PaddedLanes(kJoints), TriangulationOptions(),
       {points.x.data(), points.y.data(), points.z.data(), points.found.data()});
   UseInstructionSet(InstructionSet::kAvx512);
   return points;
