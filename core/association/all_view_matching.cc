@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/association/few_joints.h"
+#include "core/association/options.h"
 
 namespace kinegraph {
 namespace {

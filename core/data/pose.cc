@@ -34,4 +34,16 @@ std::optional<Eigen::Vector3d> MeanPosition(const Pose3d& pose) {
   return Eigen::Vector3d(sum / count);
 }
 
+std::optional<double> MeanDistance(const Pose3d& a, const Pose3d& b) {
+  double sum_m = 0.0;
+  int count = 0;
+  for (size_t j = 0; j < std::min(a.size(), b.size()); ++j) {
+    if (!a[j].present() || !b[j].present()) continue;
+    sum_m += (a[j].position_m - b[j].position_m).norm();
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum_m / count;
+}
+
 }  // namespace kinegraph

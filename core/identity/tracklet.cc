@@ -42,19 +42,6 @@ Eigen::Vector3d Across(const Pose3d& pose, const Skeleton& skeleton,
                                         : Eigen::Vector3d(sum / count);
 }
 
-// Mean distance of the joints that both have [m].
-std::optional<double> Distance(const Pose3d& a, const Pose3d& b) {
-  double sum = 0.0;
-  int count = 0;
-  for (size_t j = 0; j < a.size(); ++j) {
-    if (!a[j].present() || !b[j].present()) continue;
-    sum += (a[j].position_m - b[j].position_m).norm();
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / count;
-}
-
 // Length of an end from which a state is estimated.
 constexpr double kStateSeconds = 0.3;
 
@@ -519,7 +506,7 @@ Together Compare(const Tracklet& a, const Tracklet& b) {
     if (b.frames[k].frame != frame.frame) continue;
     ++together.frames;
     const std::optional<double> distance_m =
-        Distance(frame.pose->joints, b.frames[k].pose->joints);
+        MeanDistance(frame.pose->joints, b.frames[k].pose->joints);
     if (!distance_m.has_value() || *distance_m > kSamePlace) continue;
     ++together.same_place;
     together.distance_m += *distance_m;

@@ -78,6 +78,13 @@ void JointsFilter::Apply(Span<JointRay> rays, double alpha_px,
   }
 }
 
+int CountTriangulated(const Reconstruction& reconstruction,
+                      const std::vector<int>& joints) {
+  return static_cast<int>(std::count_if(
+      joints.begin(), joints.end(),
+      [&](int j) { return reconstruction.triangulated[j] != 0; }));
+}
+
 void ReconstructionOptions::Describe(OptionVisitor& visitor) {
   // At least 1: with the half frame of tolerance of FrameClock::Less, a smaller
   // value would exclude views of the current frame.

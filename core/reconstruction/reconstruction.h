@@ -72,6 +72,10 @@ struct Reconstruction {
   int alone_joints = 0;
 };
 
+// Number of `joints` that were triangulated.
+int CountTriangulated(const Reconstruction& reconstruction,
+                      const std::vector<int>& joints);
+
 // Joints filter, then weighted DLT, joint by joint. Reuses its memory between
 // calls; not thread-safe.
 class Reconstructor {

@@ -332,22 +332,16 @@ class GraphAssociation final : public AssociationPolicy {
     return false;
   }
 
-  int CountTriangulated(const std::vector<char>& triangulated) const {
-    int count = 0;
-    for (const int j : state_.scene.skeleton.association_joints()) {
-      count += triangulated[static_cast<size_t>(j)];
-    }
-    return count;
-  }
-
   bool IsByChance(const NewPerson& person) const {
     std::vector<size_t> views;
     for (const Observation* member : person.members) {
       views.push_back(static_cast<size_t>(member->view_idx));
     }
-    return AgreeByChance(views,
-                         CountTriangulated(person.reconstruction.triangulated),
-                         person.reconstruction.pose);
+    return AgreeByChance(
+        views,
+        CountTriangulated(person.reconstruction,
+                          state_.scene.skeleton.association_joints()),
+        person.reconstruction.pose);
   }
 
   // Whether these views may agree by chance on `joints` joints at `pose`, by

@@ -95,7 +95,7 @@ class Tracker {
   void ForgetStale(TimeNs time);
   void Associate(const DetectionFrame& frame);
   void SetTargets(const DetectionFrame& frame);
-  void SetLastSeen(const DetectionFrame& frame, int view_idx);
+  void SetLastSeen(int view_idx, TimeNs time);
   void MatchView(size_t view_idx, TimeNs time);
   void MatchAllViews(TimeNs time);
   void Assign(size_t view_idx, size_t observation_idx, size_t target,
