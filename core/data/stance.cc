@@ -24,7 +24,7 @@ std::optional<Vector3d> Centre(const Skeleton& skeleton, const Pose3d& pose,
   Vector3d sum = Vector3d::Zero();
   int count = 0;
   for (int j = 0; j < skeleton.joint_count(); ++j) {
-    const Joint3d& joint = pose[static_cast<size_t>(j)];
+    const Joint3d& joint = pose[j];
     if (skeleton.joint_class(j) != wanted || !joint.present()) continue;
     sum += joint.position_m;
     ++count;

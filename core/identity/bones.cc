@@ -51,8 +51,8 @@ constexpr int kStatures = 25;
 // assuming independent errors; 0: no covariances.
 double StatedVariance(const PersonPose& pose, const Bone& bone) {
   if (pose.covariances.size() != pose.joints.size()) return 0.0;
-  const auto& a = pose.covariances[static_cast<size_t>(bone.a)];
-  const auto& b = pose.covariances[static_cast<size_t>(bone.b)];
+  const auto& a = pose.covariances[bone.a];
+  const auto& b = pose.covariances[bone.b];
   if (!a.has_value() || !b.has_value()) return 0.0;
   const Eigen::Vector3d along =
       (pose.joints[bone.a].position_m - pose.joints[bone.b].position_m)

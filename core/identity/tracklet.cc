@@ -31,8 +31,8 @@ Eigen::Vector3d Across(const Pose3d& pose, const Skeleton& skeleton,
   int count = 0;
   for (const int left : trunk) {
     const int right = skeleton.mirror(left);
-    if (skeleton.joints()[static_cast<size_t>(left)][0] != 'l' ||
-        right == left || !pose[left].present() || !pose[right].present()) {
+    if (skeleton.joints()[left][0] != 'l' || right == left ||
+        !pose[left].present() || !pose[right].present()) {
       continue;
     }
     sum += pose[left].position_m - pose[right].position_m;
@@ -95,7 +95,7 @@ LimbPosture PostureOf(const Tracklet& tracklet, size_t frame_idx) {
   LimbPosture posture;
   posture.across_m = frame.across_m;
   for (const int j : tracklet.body_joints) {
-    const Joint3d& joint = frame.pose->joints[static_cast<size_t>(j)];
+    const Joint3d& joint = frame.pose->joints[j];
     posture.limbs_m.push_back(
         joint.present() ? Eigen::Vector3d(joint.position_m - frame.centre_m)
                         : Eigen::Vector3d::Constant(
@@ -231,8 +231,8 @@ bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
     const long before = IndexAt(track, earlier);
     const long after = IndexAt(track, later);
     if (before < 0 || static_cast<size_t>(after) == k) return false;
-    const TrackletFrame& from = track.frames[static_cast<size_t>(before)];
-    const TrackletFrame& there = track.frames[static_cast<size_t>(after)];
+    const TrackletFrame& from = track.frames[before];
+    const TrackletFrame& there = track.frames[after];
     const TrackletFrame& here = track.frames[k];
     if (here.time - from.time > FromSeconds(kExchangeTime) ||
         later - there.time > FromSeconds(0.5 * kExchangeTime) ||

@@ -236,7 +236,7 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
       const int match = matches_[v][t];
       if (match < 0) continue;
       used_views_.push_back({&observations_.OfView(v)[match], 0.0});
-      now.taken[v][static_cast<size_t>(match)] = 1;
+      now.taken[v][match] = 1;
     }
     AddFrame(frame.frame, frame.time, person.id, person.joints);
   }

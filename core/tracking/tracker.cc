@@ -300,7 +300,7 @@ void Tracker::CollectUnmatched() {
     const Span<Observation> observations = observations_.OfView(v);
     taken.assign(observations.size(), 0);
     for (const int match : matches_[v]) {
-      if (match >= 0) taken[static_cast<size_t>(match)] = 1;
+      if (match >= 0) taken[match] = 1;
     }
     unmatched_[v].clear();
     for (size_t k = 0; k < observations.size(); ++k) {
@@ -365,8 +365,7 @@ void Tracker::FindNewPeople(const DetectionFrame& frame) {
 void Tracker::FindSlightPeople() {
   for (const NewPerson& person : new_people_) {
     for (const Observation* member : person.members) {
-      ObservationGroup& left =
-          unmatched_[static_cast<size_t>(member->view_idx)];
+      ObservationGroup& left = unmatched_[member->view_idx];
       left.erase(std::find(left.begin(), left.end(), member));
     }
   }
