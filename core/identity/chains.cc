@@ -141,7 +141,7 @@ class Linker {
     const Chain& to = chains_[other];
     Evidence evidence;
     if (!MayFollow(Last(from), First(to))) return evidence;
-    const auto last = static_cast<size_t>(from.pieces.back());
+    const int last = from.pieces.back();
     const int first = to.pieces.front();
     const MotionState& end = end_[last];
     const MotionState& begin = begin_[first];
@@ -179,7 +179,7 @@ class Linker {
 
   // Forgets the bones of chains that were joined since.
   void ForgetBones() {
-    std::vector<char> is_left(static_cast<size_t>(next_number_), 0);
+    std::vector<char> is_left(next_number_, 0);
     for (const Chain& chain : chains_) {
       is_left[chain.number] = 1;
     }
@@ -217,15 +217,14 @@ class Linker {
       cost[to * 2 * n + n + to] = 0.0;
     }
     for (const auto& [from, to] : forbidden) {
-      cost[static_cast<size_t>(to) * 2 * n + static_cast<size_t>(from)] =
-          kForbidden;
+      cost[to * 2 * n + from] = kForbidden;
     }
     solver_.Minimise(cost, static_cast<int>(n), static_cast<int>(2 * n),
                      predecessor);
     double total = 0.0;
     for (size_t to = 0; to < n; ++to) {
       int& from = (*predecessor)[to];
-      total += cost[to * 2 * n + static_cast<size_t>(from)];
+      total += cost[to * 2 * n + from];
       if (from >= static_cast<int>(n)) from = -1;
     }
     return total;
@@ -384,14 +383,14 @@ class Linker {
     const Chain& one = chains_[guest];
     const Chain& other = chains_[host];
     for (size_t k = 0; k + 1 < other.pieces.size(); ++k) {
-      const auto before = static_cast<size_t>(other.pieces[k]);
-      const auto after = static_cast<size_t>(other.pieces[k + 1]);
+      const int before = other.pieces[k];
+      const int after = other.pieces[k + 1];
       if (!MayFollow(pieces_.tracklets[before], First(one)) ||
           !MayFollow(Last(one), pieces_.tracklets[after])) {
         continue;
       }
-      const auto first = static_cast<size_t>(one.pieces.front());
-      const auto last = static_cast<size_t>(one.pieces.back());
+      const int first = one.pieces.front();
+      const int last = one.pieces.back();
       Insertion insertion;
       insertion.guest = guest;
       insertion.host = host;

@@ -42,6 +42,14 @@ Eigen::Vector3d Across(const Pose3d& pose, const Skeleton& skeleton,
                                         : Eigen::Vector3d(sum / count);
 }
 
+// The index of the last frame not later than `time`; -1 before the first.
+long IndexAt(const Tracklet& track, TimeNs time) {
+  const auto later = std::upper_bound(
+      track.frames.begin(), track.frames.end(), time,
+      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
+  return static_cast<long>(later - track.frames.begin()) - 1;
+}
+
 // Length of an end from which a state is estimated.
 constexpr double kStateSeconds = 0.3;
 
@@ -122,11 +130,7 @@ MotionState StateAtEnd(const Tracklet& tracklet) {
 }
 
 MotionState StateUpTo(const Tracklet& tracklet, TimeNs time) {
-  const auto end = std::upper_bound(
-      tracklet.frames.begin() + 1, tracklet.frames.end(), time,
-      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
-  return StateBefore(tracklet, 0,
-                     static_cast<size_t>(end - tracklet.frames.begin()));
+  return StateBefore(tracklet, 0, std::max(0L, IndexAt(tracklet, time)) + 1);
 }
 
 std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
@@ -211,14 +215,6 @@ struct Crowd {
   TimeNs begin = INT64_MAX;  // of the recording
   TimeNs end = INT64_MIN;
 };
-
-// The index of the last frame not later than `time`; -1 before the first.
-long IndexAt(const Tracklet& track, TimeNs time) {
-  const auto later = std::upper_bound(
-      track.frames.begin(), track.frames.end(), time,
-      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
-  return static_cast<long>(later - track.frames.begin()) - 1;
-}
 
 // Whether the two seem to have exchanged places within kExchangeTime after
 // these frames: each is nearer to the other's prediction.
