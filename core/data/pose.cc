@@ -5,15 +5,8 @@
 namespace kinegraph {
 
 const char* ToString(JointStatus status) {
-  switch (status) {
-    case JointStatus::kObserved:
-      return "observed";
-    case JointStatus::kInferred:
-      return "inferred";
-    case JointStatus::kMissing:
-      break;
-  }
-  return "missing";
+  static constexpr const char* kNames[] = {"missing", "inferred", "observed"};
+  return kNames[static_cast<int>(status)];
 }
 
 int CountPresent(const Pose3d& pose) {
