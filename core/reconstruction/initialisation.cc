@@ -1,7 +1,6 @@
 #include "core/reconstruction/initialisation.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace kinegraph {

@@ -4,7 +4,6 @@
 #define KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "core/base/span.h"

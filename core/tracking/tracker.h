@@ -18,7 +18,6 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/reconstruction/initialisation.h"
-#include "core/reconstruction/reconstruction.h"
 #include "core/tracking/association_policy.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/evidence.h"
