@@ -109,7 +109,7 @@ void HungarianSolver::MaximisePositive(Span<double> gain, int rows, int cols,
     for (size_t i = 0; i < chosen.size(); ++i) {
       if (chosen[i] < 0) continue;
       const int r = part.rows[i];
-      const int c = part.cols[static_cast<size_t>(chosen[i])];
+      const int c = part.cols[chosen[i]];
       if (gain[r * cols + c] > 0.0) (*col_of_row)[r] = c;
     }
   }

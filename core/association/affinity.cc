@@ -4,7 +4,6 @@
 #include <cmath>
 #include <optional>
 
-#include "core/association/few_joints.h"
 #include "core/data/box.h"
 
 namespace kinegraph {

@@ -90,11 +90,6 @@ class ViewMatcher {
   void Match(const std::vector<AssociationTarget>& targets,
              Span<Observation> observations, const Camera& camera,
              const std::vector<char>& barred, std::vector<int>* match);
-  void Match(const std::vector<AssociationTarget>& targets,
-             Span<Observation> observations, const Camera& camera,
-             std::vector<int>* match) {
-    Match(targets, observations, camera, {}, match);
-  }
 
   // Affinities of the last call, row-major targets x observations.
   const std::vector<double>& affinities() const { return affinities_; }

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/association/few_joints.h"
+#include "core/association/options.h"
 
 namespace kinegraph {
 namespace {
@@ -101,7 +101,7 @@ bool AllViewMatcher::Extend(const Pose3d& expected, size_t view, int detection,
                             Span<Observation> observations,
                             Hypothesis* hypothesis) const {
   const Camera& camera = (*cameras_)[view];
-  const Observation& observation = observations[static_cast<size_t>(detection)];
+  const Observation& observation = observations[detection];
   // A priori each detection of the view is equally likely to show the person.
   double gain = std::log(kSeenOdds / static_cast<double>(observations.size()));
   bool any = false;
@@ -244,7 +244,7 @@ void AllViewMatcher::Match(Span<ExpectedPerson> people,
   Choose(people.size(), views);
   for (size_t p = 0; p < people.size(); ++p) {
     if (chosen_[p] < 0) continue;
-    const Hypothesis& one = all_[static_cast<size_t>(chosen_[p])];
+    const Hypothesis& one = all_[chosen_[p]];
     for (size_t v = 0; v < views.size(); ++v) {
       (*matches)[v][p] = one.detections[v];
     }
@@ -254,28 +254,27 @@ void AllViewMatcher::Match(Span<ExpectedPerson> people,
 bool AllViewMatcher::IsFree(const Hypothesis& one) const {
   for (size_t v = 0; v < one.detections.size(); ++v) {
     const int k = one.detections[v];
-    if (k >= 0 && owner_[v][static_cast<size_t>(k)] >= 0) return false;
+    if (k >= 0 && owner_[v][k] >= 0) return false;
   }
   return true;
 }
 
 void AllViewMatcher::Take(int hypothesis) {
-  const Hypothesis& one = all_[static_cast<size_t>(hypothesis)];
+  const Hypothesis& one = all_[hypothesis];
   chosen_[one.person] = hypothesis;
   for (size_t v = 0; v < one.detections.size(); ++v) {
     const int k = one.detections[v];
-    if (k >= 0)
-      owner_[v][static_cast<size_t>(k)] = static_cast<int>(one.person);
+    if (k >= 0) owner_[v][k] = static_cast<int>(one.person);
   }
 }
 
 double AllViewMatcher::Release(size_t person) {
   if (chosen_[person] < 0) return 0.0;
-  const Hypothesis& one = all_[static_cast<size_t>(chosen_[person])];
+  const Hypothesis& one = all_[chosen_[person]];
   chosen_[person] = -1;
   for (size_t v = 0; v < one.detections.size(); ++v) {
     const int k = one.detections[v];
-    if (k >= 0) owner_[v][static_cast<size_t>(k)] = -1;
+    if (k >= 0) owner_[v][k] = -1;
   }
   return one.gain;
 }
@@ -290,7 +289,7 @@ double AllViewMatcher::TakeBestFree(size_t person) {
 }
 
 bool AllViewMatcher::Improve(int hypothesis) {
-  const Hypothesis& one = all_[static_cast<size_t>(hypothesis)];
+  const Hypothesis& one = all_[hypothesis];
   if (chosen_[one.person] == hypothesis) return false;
   const std::vector<int> before = chosen_;
   double lost = Release(one.person);
@@ -298,7 +297,7 @@ bool AllViewMatcher::Improve(int hypothesis) {
   for (size_t v = 0; v < one.detections.size(); ++v) {
     const int k = one.detections[v];
     if (k < 0) continue;
-    const int owner = owner_[v][static_cast<size_t>(k)];
+    const int owner = owner_[v][k];
     if (owner < 0) continue;
     others.push_back(static_cast<size_t>(owner));
     lost += Release(others.back());

@@ -6,6 +6,9 @@
 
 namespace kinegraph {
 
+// The fewest joints, of 17, that determine position and orientation of a body.
+inline constexpr double kFewestJoints = 4.0;
+
 enum class AffinityKind {
   kPart,  // mean over the joints with a positive affinity (the paper's)
   kBody,  // mean over all joints (the ablation's baseline)

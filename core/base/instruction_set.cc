@@ -23,15 +23,8 @@ std::atomic<InstructionSet>& Current() {
 }  // namespace
 
 const char* ToString(InstructionSet set) {
-  switch (set) {
-    case InstructionSet::kBaseline:
-      return "baseline";
-    case InstructionSet::kAvx2:
-      return "AVX2";
-    case InstructionSet::kAvx512:
-      break;
-  }
-  return "AVX-512";
+  static constexpr const char* kNames[] = {"baseline", "AVX2", "AVX-512"};
+  return kNames[static_cast<int>(set)];
 }
 
 InstructionSet BestInstructionSet() {

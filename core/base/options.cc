@@ -14,12 +14,53 @@ std::string Short(double value) {
   return text;
 }
 
-void Check(const std::string& key, double value, const Limits& limits) {
-  if (!limits.Contains(value)) {
-    throw OptionError(
-        key, "found " + Short(value) + ", allowed " + limits.ToString());
+// Compares every field with its limits.
+class OptionChecker : public OptionVisitor {
+ public:
+  void Enter(const std::string& name) override { tables_.push_back(name); }
+  void Leave() override { tables_.pop_back(); }
+  void Number(const std::string& key, double* value, const Limits& limits,
+              const std::string&, const std::string&) override {
+    Check(key, *value, limits);
   }
-}
+  void Integer(const std::string& key, int64_t* value, const Limits& limits,
+               const std::string&, const std::string&) override {
+    Check(key, static_cast<double>(*value), limits);
+  }
+  void Boolean(const std::string&, bool*, const std::string&) override {}
+  void Text(const std::string&, std::string*, const std::string&) override {}
+  void TextList(const std::string&, std::vector<std::string>*,
+                const std::string&) override {}
+  void NumberList(const std::string& key, std::vector<double>* value,
+                  const Limits& limits, const std::string&,
+                  const std::string&) override {
+    for (const double number : *value) Check(key, number, limits);
+  }
+  void NumberTable(const std::string& key, double* values,
+                   const std::vector<std::string>& names, const Limits& limits,
+                   const std::string&, const std::string&) override {
+    Enter(key);
+    for (const std::string& name : names) Check(name, *values++, limits);
+    Leave();
+  }
+  void TextMap(const std::string&, std::map<std::string, std::string>*,
+               const std::string&) override {}
+  void ChoiceIndex(const std::string& key, int* value,
+                   const std::vector<std::string>& names,
+                   const std::string&) override {
+    Check(key, *value, Between(0.0, static_cast<double>(names.size()) - 1));
+  }
+
+ private:
+  void Check(const std::string& key, double value, const Limits& limits) const {
+    if (limits.Contains(value)) return;
+    throw OptionError(
+        JoinKey(tables_, key),
+        "found " + Short(value) + ", allowed " + limits.ToString());
+  }
+
+  std::vector<std::string> tables_;
+};
 
 }  // namespace
 
@@ -48,47 +89,9 @@ std::string JoinKey(const std::vector<std::string>& tables,
   return path + key;
 }
 
-std::string OptionChecker::Path(const std::string& key) const {
-  return JoinKey(tables_, key);
-}
-
-void OptionChecker::Enter(const std::string& name) { tables_.push_back(name); }
-
-void OptionChecker::Leave() { tables_.pop_back(); }
-
-void OptionChecker::Number(const std::string& key, double* value,
-                           const Limits& limits, const std::string&,
-                           const std::string&) {
-  Check(Path(key), *value, limits);
-}
-
-void OptionChecker::Integer(const std::string& key, int64_t* value,
-                            const Limits& limits, const std::string&,
-                            const std::string&) {
-  Check(Path(key), static_cast<double>(*value), limits);
-}
-
-void OptionChecker::NumberList(const std::string& key,
-                               std::vector<double>* value, const Limits& limits,
-                               const std::string&, const std::string&) {
-  for (const double number : *value) Check(Path(key), number, limits);
-}
-
-void OptionChecker::NumberTable(const std::string& key, double* values,
-                                const std::vector<std::string>& names,
-                                const Limits& limits, const std::string& unit,
-                                const std::string& help) {
-  Enter(key);
-  for (const std::string& name : names) {
-    Number(name, values++, limits, unit, help);
-  }
-  Leave();
-}
-
-void OptionChecker::ChoiceIndex(const std::string& key, int* value,
-                                const std::vector<std::string>& names,
-                                const std::string&) {
-  Check(Path(key), *value, Between(0.0, static_cast<double>(names.size()) - 1));
+void CheckDescribed(const std::function<void(OptionVisitor&)>& describe) {
+  OptionChecker checker;
+  describe(checker);
 }
 
 }  // namespace kinegraph

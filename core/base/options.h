@@ -9,6 +9,7 @@
 #define KINEGRAPH_CORE_BASE_OPTIONS_H_
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <string>
@@ -81,48 +82,23 @@ class OptionVisitor {
     ChoiceIndex(key, &index, names, help);
     *value = static_cast<Enum>(index);
   }
+  // The keys of an options struct, as a table.
+  template <typename Options>
+  void Table(const std::string& name, Options* options) {
+    Enter(name);
+    options->Describe(*this);
+    Leave();
+  }
 };
 
-// Throws OptionError naming key, value and allowed range when a field is
-// outside its limits. For options set in code.
+// Throws OptionError naming key, value and allowed range when a field that
+// `describe` passes to the visitor is outside its limits.
+void CheckDescribed(const std::function<void(OptionVisitor&)>& describe);
+
+// The same for an options struct. For options set in code.
 template <typename Options>
-void CheckOptions(const Options& options);
-
-// Implementation of CheckOptions: compares every field with its limits.
-class OptionChecker : public OptionVisitor {
- public:
-  void Enter(const std::string& name) override;
-  void Leave() override;
-  void Number(const std::string& key, double* value, const Limits& limits,
-              const std::string& unit, const std::string& help) override;
-  void Integer(const std::string& key, int64_t* value, const Limits& limits,
-               const std::string& unit, const std::string& help) override;
-  void Boolean(const std::string&, bool*, const std::string&) override {}
-  void Text(const std::string&, std::string*, const std::string&) override {}
-  void TextList(const std::string&, std::vector<std::string>*,
-                const std::string&) override {}
-  void NumberList(const std::string& key, std::vector<double>* value,
-                  const Limits& limits, const std::string& unit,
-                  const std::string& help) override;
-  void NumberTable(const std::string& key, double* values,
-                   const std::vector<std::string>& names, const Limits& limits,
-                   const std::string& unit, const std::string& help) override;
-  void TextMap(const std::string&, std::map<std::string, std::string>*,
-               const std::string&) override {}
-  void ChoiceIndex(const std::string& key, int* value,
-                   const std::vector<std::string>& names,
-                   const std::string& help) override;
-
- private:
-  std::string Path(const std::string& key) const;
-  std::vector<std::string> tables_;
-};
-
-template <typename Options>
-void CheckOptions(const Options& options) {
-  Options copy = options;
-  OptionChecker checker;
-  copy.Describe(checker);
+void CheckOptions(Options options) {
+  CheckDescribed([&](OptionVisitor& visitor) { options.Describe(visitor); });
 }
 
 // "a.b.key" of a key inside nested tables.

@@ -13,7 +13,7 @@
 //   Select(mask, a, b)      a where the mask is true, else b
 //   Any(mask), All(mask)    over the lanes
 //   And, Or, Not            of masks
-//   Sqrt, Abs, Max, Min     Max(a, b) is b where a is NaN
+//   Sqrt, Abs, Max          Max(a, b) is b where a is NaN
 //   Log1p                   log(1 + a)
 //   Atan                    the arc tangent of a, radians
 // and sqrt and max under their names in std.
@@ -140,9 +140,6 @@ struct Pack {
   friend KINEGRAPH_INLINE Pack Max(Pack a, Pack b) {
     return Pack(a.v > b.v ? a.v : b.v);
   }
-  friend KINEGRAPH_INLINE Pack Min(Pack a, Pack b) {
-    return Pack(a.v < b.v ? a.v : b.v);
-  }
   friend KINEGRAPH_INLINE Pack Log1p(Pack a) {
     Pack log;
     for (int i = 0; i < W; ++i) log.v[i] = __builtin_log1p(a.v[i]);
@@ -191,7 +188,6 @@ KINEGRAPH_INLINE double Select(bool mask, double a, double b) {
 KINEGRAPH_INLINE double Sqrt(double a) { return __builtin_sqrt(a); }
 KINEGRAPH_INLINE double Abs(double a) { return __builtin_fabs(a); }
 KINEGRAPH_INLINE double Max(double a, double b) { return a > b ? a : b; }
-KINEGRAPH_INLINE double Min(double a, double b) { return a < b ? a : b; }
 KINEGRAPH_INLINE double Log1p(double a) { return __builtin_log1p(a); }
 KINEGRAPH_INLINE double Atan(double a) { return __builtin_atan(a); }
 KINEGRAPH_INLINE bool And(bool a, bool b) { return a && b; }

@@ -1,36 +1,23 @@
 #include "core/data/identity_edit.h"
 
+#include <algorithm>
+#include <array>
+
 namespace kinegraph {
 namespace {
 
-constexpr EditOp kOps[] = {EditOp::kJoin,   EditOp::kCut,  EditOp::kSwap,
-                           EditOp::kDelete, EditOp::kName, EditOp::kUndecided};
+// In the order of EditOp.
+constexpr std::array<const char*, 6> kOps = {"join",   "cut",  "swap",
+                                             "delete", "name", "undecided"};
 
 }  // namespace
 
-const char* ToString(EditOp op) {
-  switch (op) {
-    case EditOp::kJoin:
-      return "join";
-    case EditOp::kCut:
-      return "cut";
-    case EditOp::kSwap:
-      return "swap";
-    case EditOp::kDelete:
-      return "delete";
-    case EditOp::kName:
-      return "name";
-    case EditOp::kUndecided:
-      break;
-  }
-  return "undecided";
-}
+const char* ToString(EditOp op) { return kOps[static_cast<size_t>(op)]; }
 
 std::optional<EditOp> EditOpByName(const std::string& name) {
-  for (const EditOp op : kOps) {
-    if (name == ToString(op)) return op;
-  }
-  return std::nullopt;
+  const auto at = std::find(kOps.begin(), kOps.end(), name);
+  if (at == kOps.end()) return std::nullopt;
+  return static_cast<EditOp>(at - kOps.begin());
 }
 
 PersonNames NamesAfter(const std::vector<IdentityEdit>& edits) {

@@ -5,15 +5,8 @@
 namespace kinegraph {
 
 const char* ToString(JointStatus status) {
-  switch (status) {
-    case JointStatus::kObserved:
-      return "observed";
-    case JointStatus::kInferred:
-      return "inferred";
-    case JointStatus::kMissing:
-      break;
-  }
-  return "missing";
+  static constexpr const char* kNames[] = {"missing", "inferred", "observed"};
+  return kNames[static_cast<int>(status)];
 }
 
 int CountPresent(const Pose3d& pose) {
@@ -32,6 +25,18 @@ std::optional<Eigen::Vector3d> MeanPosition(const Pose3d& pose) {
   }
   if (count == 0) return std::nullopt;
   return Eigen::Vector3d(sum / count);
+}
+
+std::optional<double> MeanDistance(const Pose3d& a, const Pose3d& b) {
+  double sum_m = 0.0;
+  int count = 0;
+  for (size_t j = 0; j < std::min(a.size(), b.size()); ++j) {
+    if (!a[j].present() || !b[j].present()) continue;
+    sum_m += (a[j].position_m - b[j].position_m).norm();
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum_m / count;
 }
 
 }  // namespace kinegraph

@@ -38,6 +38,9 @@ int CountPresent(const Pose3d& pose);
 // none.
 std::optional<Eigen::Vector3d> MeanPosition(const Pose3d& pose);
 
+// Mean distance of the joints that both have [m]; nullopt if there are none.
+std::optional<double> MeanDistance(const Pose3d& a, const Pose3d& b);
+
 // The contribution of one view to a person in one frame.
 struct ViewMatch {
   int view_idx = 0;

@@ -5,12 +5,14 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/constants.h"
+
 namespace kinegraph {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kRadiansPerDegree = 3.14159265358979323846 / 180.0;
+constexpr double kRadiansPerDegree = kPi / 180.0;
 
 // Upward directions within this angle count as equal: people who sit or bend
 // lean by less.
@@ -22,7 +24,7 @@ std::optional<Vector3d> Centre(const Skeleton& skeleton, const Pose3d& pose,
   Vector3d sum = Vector3d::Zero();
   int count = 0;
   for (int j = 0; j < skeleton.joint_count(); ++j) {
-    const Joint3d& joint = pose[static_cast<size_t>(j)];
+    const Joint3d& joint = pose[j];
     if (skeleton.joint_class(j) != wanted || !joint.present()) continue;
     sum += joint.position_m;
     ++count;

@@ -4,6 +4,7 @@
 #ifndef KINEGRAPH_CORE_DATA_VIEW_BIAS_H_
 #define KINEGRAPH_CORE_DATA_VIEW_BIAS_H_
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
@@ -37,10 +38,8 @@ struct ViewBias {
   double azimuth_deg = 0.0;
 
   bool empty() const {
-    for (const OfJoint& joint : joints) {
-      if (joint.used) return false;
-    }
-    return true;
+    return std::none_of(joints.begin(), joints.end(),
+                        [](const OfJoint& joint) { return joint.used; });
   }
 };
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/constants.h"
+
 namespace kinegraph {
 namespace {
 
@@ -31,7 +33,7 @@ double Integral(const Function& function) {
 template <typename Function>
 double Expected(double sigma, double end, const Function& function) {
   constexpr double kDensity = 0.3989422804014327;  // 1 / sqrt(2 pi)
-  constexpr double kQuarter = 1.5707963267948966;  // pi / 2
+  constexpr double kQuarter = 0.5 * kPi;
   const double reach = std::min(6.0, end / sigma);
   return 2.0 * reach * kDensity * kQuarter * Integral([&](double t) {
            const double z = reach * std::sin(kQuarter * t);

@@ -199,7 +199,7 @@ class ParallaxTest {
 
 template <typename T>
 void TriangulateLanesWith(const LaneView* views, int view_count, int lanes,
-                          const DltLanesOptions& options,
+                          const TriangulationOptions& options,
                           const LanePoints& points) {
   for (int lane = 0; lane < lanes; lane += T::kLanes) {
     RowReducer<T> rows;
@@ -252,6 +252,27 @@ void TriangulateLanesWith(const LaneView* views, int view_count, int lanes,
   }
 }
 
+// The parts of the distance between two ideal pixels and each other's epipolar
+// lines: |x_b' F x_a|, and the squared lengths of the lines' normals. F by
+// columns.
+template <typename T>
+struct EpipolarTerms {
+  KINEGRAPH_INLINE EpipolarTerms(const double* f, const T& ax, const T& ay,
+                                 const T& bx, const T& by) {
+    // Line of a in view b: F x_a; line of b in view a: F' x_b.
+    const T in_b_x = f[0] * ax + f[3] * ay + f[6];
+    const T in_b_y = f[1] * ax + f[4] * ay + f[7];
+    const T in_b_z = f[2] * ax + f[5] * ay + f[8];
+    const T in_a_x = f[0] * bx + f[1] * by + f[2];
+    const T in_a_y = f[3] * bx + f[4] * by + f[5];
+    residual = Abs(bx * in_b_x + by * in_b_y + in_b_z);
+    norm_b = in_b_x * in_b_x + in_b_y * in_b_y;
+    norm_a = in_a_x * in_a_x + in_a_y * in_a_y;
+  }
+
+  T residual, norm_a, norm_b;
+};
+
 // Computes EpipolarGeometry::WeightedDistance with weights of 1.
 template <typename T>
 void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
@@ -259,24 +280,15 @@ void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
   for (int lane = 0; lane < lanes; lane += T::kLanes) {
     const Mask<T> both = And(T::Load(a.present + lane) > T(0.0),
                              T::Load(b.present + lane) > T(0.0));
-    const T ax = T::Load(a.x_px + lane);
-    const T ay = T::Load(a.y_px + lane);
-    const T bx = T::Load(b.x_px + lane);
-    const T by = T::Load(b.y_px + lane);
-    const T in_b_x = f[0] * ax + f[3] * ay + f[6];
-    const T in_b_y = f[1] * ax + f[4] * ay + f[7];
-    const T in_b_z = f[2] * ax + f[5] * ay + f[8];
-    const T in_a_x = f[0] * bx + f[1] * by + f[2];
-    const T in_a_y = f[3] * bx + f[4] * by + f[5];
-    const T residual = Abs(bx * in_b_x + by * in_b_y + in_b_z);
-    const T norm_b = in_b_x * in_b_x + in_b_y * in_b_y;
-    const T norm_a = in_a_x * in_a_x + in_a_y * in_a_y;
-    const T length_a = Sqrt(norm_a);
-    const T length_b = Sqrt(norm_b);
+    const EpipolarTerms<T> terms(f, T::Load(a.x_px + lane),
+                                 T::Load(a.y_px + lane), T::Load(b.x_px + lane),
+                                 T::Load(b.y_px + lane));
+    const T length_a = Sqrt(terms.norm_a);
+    const T length_b = Sqrt(terms.norm_b);
     const T distance =
-        0.5 * residual * (length_b + length_a) / (length_a * length_b);
+        0.5 * terms.residual * (length_b + length_a) / (length_a * length_b);
     // At an epipole the distance is undefined, which is no conflict.
-    const Mask<T> defined = And(norm_a > T(0.0), norm_b > T(0.0));
+    const Mask<T> defined = And(terms.norm_a > T(0.0), terms.norm_b > T(0.0));
     const Mask<T> apart = 1.0 - distance / alpha_px < T(0.0);
     const T marked = Select(And(And(both, defined), apart), T(1.0),
                             T::Load(conflict + lane));
@@ -287,7 +299,7 @@ void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
 // One set of entry points per instruction set; only dlt_lanes.h calls them.
 #define KINEGRAPH_DLT_LANES(Set)                                               \
   void TriangulateLanes##Set(const LaneView* views, int view_count, int lanes, \
-                             const DltLanesOptions& options,                   \
+                             const TriangulationOptions& options,              \
                              const LanePoints& points);                        \
   void MarkConflicts##Set(const LaneView& a, const LaneView& b,                \
                           const double* fundamental, double alpha_px,          \

@@ -6,7 +6,7 @@
 namespace kinegraph {
 
 void TriangulateLanes(const LaneView* views, int view_count, int lanes,
-                      const DltLanesOptions& options,
+                      const TriangulationOptions& options,
                       const LanePoints& points) {
   switch (CurrentInstructionSet()) {
 #if defined(__x86_64__)

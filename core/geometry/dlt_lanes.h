@@ -18,9 +18,9 @@ struct LaneView {
   double weight = 1.0;              // scales the equations
 };
 
-struct DltLanesOptions {
-  double min_angle_rad = 1e-4;
-  bool require_in_front = true;
+struct TriangulationOptions {
+  double min_angle_rad = 1e-4;   // minimum angle between two rays at the point
+  bool require_in_front = true;  // of every camera that measured the point
 };
 
 // One element per lane.
@@ -34,7 +34,8 @@ struct LanePoints {
 
 // Triangulates lanes 0 .. lanes - 1; `lanes` is a multiple of kLaneMultiple.
 void TriangulateLanes(const LaneView* views, int view_count, int lanes,
-                      const DltLanesOptions& options, const LanePoints& points);
+                      const TriangulationOptions& options,
+                      const LanePoints& points);
 
 // Sets conflict[lane] to 1 where both views measured the joint and 1 - distance
 // / alpha_px < 0; leaves the others unchanged. `fundamental`: 3x3 by columns,

@@ -9,7 +9,7 @@
 namespace kinegraph {
 
 void TriangulateLanesAvx2(const LaneView* views, int view_count, int lanes,
-                          const DltLanesOptions& options,
+                          const TriangulationOptions& options,
                           const LanePoints& points) {
   TriangulateLanesWith<Avx2Pack>(views, view_count, lanes, options, points);
 }

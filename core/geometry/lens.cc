@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 
 namespace kinegraph {
@@ -45,19 +46,6 @@ void CheckFinite(const double* coefficients, size_t count) {
   }
 }
 
-Eigen::Vector2d DistortPlain(const LensModel& lens,
-                             const Eigen::Vector2d& ideal,
-                             Eigen::Matrix2d* jacobian) {
-  Eigen::Vector2d distorted;
-  double symmetric[3];
-  Distort(lens, ideal.x(), ideal.y(), &distorted.x(), &distorted.y(),
-          jacobian == nullptr ? nullptr : symmetric);
-  if (jacobian != nullptr) {
-    *jacobian << symmetric[0], symmetric[1], symmetric[1], symmetric[2];
-  }
-  return distorted;
-}
-
 // r' and d r' / d a of a fisheye lens at the angle a [rad] off the axis.
 struct FisheyeRadius {
   double radius = 0.0;
@@ -76,7 +64,7 @@ FisheyeRadius RadiusAt(const LensModel& lens, double angle) {
 // The smallest angle [rad] at which the slope falls to zero, 90 degrees if it
 // does not.
 double FirstFisheyeFold(const LensModel& lens) {
-  constexpr double kRightAngle = 1.57079632679489662;
+  constexpr double kRightAngle = 0.5 * kPi;
   constexpr int kSteps = 2000;
   const auto slope = [&](double angle) { return RadiusAt(lens, angle).slope; };
   double low = 0.0;
@@ -90,26 +78,31 @@ double FirstFisheyeFold(const LensModel& lens) {
 
 }  // namespace
 
-OpenCv5Lens::OpenCv5Lens(const std::array<double, 5>& coefficients)
-    : k_(coefficients) {
-  CheckFinite(k_.data(), k_.size());
-  plain_.kind = LensKind::kOpenCv5;
-  plain_.k1 = k_[0];
-  plain_.k2 = k_[1];
-  plain_.p1 = k_[2];
-  plain_.p2 = k_[3];
-  plain_.k3 = k_[4];
-  // First radius where d r' / d r = 0.
-  plain_.max_radius_squared = FirstFold(k_[0], k_[1], k_[4]);
+Eigen::Vector2d Lens::Distort(const Eigen::Vector2d& ideal,
+                              Eigen::Matrix2d* jacobian) const {
+  Eigen::Vector2d distorted;
+  double symmetric[3];
+  kinegraph::Distort(plain_, ideal.x(), ideal.y(), &distorted.x(),
+                     &distorted.y(), jacobian == nullptr ? nullptr : symmetric);
+  if (jacobian != nullptr) {
+    *jacobian << symmetric[0], symmetric[1], symmetric[1], symmetric[2];
+  }
+  return distorted;
+}
+
+bool Lens::InDomain(const Eigen::Vector2d& ideal) const {
+  return kinegraph::InDomain(plain_, ideal.x(), ideal.y());
+}
+
+OpenCv5Lens::OpenCv5Lens(const std::array<double, 5>& coefficients) {
+  CheckFinite(coefficients.data(), coefficients.size());
+  const auto& [k1, k2, p1, p2, k3] = coefficients;
+  // Up to the first radius where d r' / d r = 0.
+  plain_ = {LensKind::kOpenCv5, k1, k2, p1, p2, k3, 0.0, FirstFold(k1, k2, k3)};
 }
 
 std::vector<double> OpenCv5Lens::parameters() const {
-  return {k_.begin(), k_.end()};
-}
-
-Eigen::Vector2d OpenCv5Lens::Distort(const Eigen::Vector2d& ideal,
-                                     Eigen::Matrix2d* jacobian) const {
-  return DistortPlain(plain_, ideal, jacobian);
+  return {plain_.k1, plain_.k2, plain_.p1, plain_.p2, plain_.k3};
 }
 
 std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
@@ -143,17 +136,10 @@ std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
   return error < 1e-7 ? std::optional<Eigen::Vector2d>(ideal) : std::nullopt;
 }
 
-bool OpenCv5Lens::InDomain(const Eigen::Vector2d& ideal) const {
-  return kinegraph::InDomain(plain_, ideal.x(), ideal.y());
-}
-
 FisheyeLens::FisheyeLens(const std::array<double, 4>& coefficients) {
   CheckFinite(coefficients.data(), coefficients.size());
-  plain_.kind = LensKind::kFisheye;
-  plain_.k1 = coefficients[0];
-  plain_.k2 = coefficients[1];
-  plain_.k3 = coefficients[2];
-  plain_.k4 = coefficients[3];
+  const auto& [k1, k2, k3, k4] = coefficients;
+  plain_ = {LensKind::kFisheye, k1, k2, 0.0, 0.0, k3, k4, 0.0};
   max_angle_ = FirstFisheyeFold(plain_);
   const double radius = std::tan(max_angle_);
   plain_.max_radius_squared = radius * radius;
@@ -161,11 +147,6 @@ FisheyeLens::FisheyeLens(const std::array<double, 4>& coefficients) {
 
 std::vector<double> FisheyeLens::parameters() const {
   return {plain_.k1, plain_.k2, plain_.k3, plain_.k4};
-}
-
-Eigen::Vector2d FisheyeLens::Distort(const Eigen::Vector2d& ideal,
-                                     Eigen::Matrix2d* jacobian) const {
-  return DistortPlain(plain_, ideal, jacobian);
 }
 
 std::optional<Eigen::Vector2d> FisheyeLens::Undistort(
@@ -191,10 +172,6 @@ std::optional<Eigen::Vector2d> FisheyeLens::Undistort(
   }
   if (!(radius > 0.0)) return distorted;
   return distorted * (std::tan(angle) / radius);
-}
-
-bool FisheyeLens::InDomain(const Eigen::Vector2d& ideal) const {
-  return kinegraph::InDomain(plain_, ideal.x(), ideal.y());
 }
 
 double FirstRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,

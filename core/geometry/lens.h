@@ -19,26 +19,30 @@ namespace kinegraph {
 class Lens {
  public:
   virtual ~Lens() = default;
+
   virtual std::string model() const = 0;
   virtual std::vector<double> parameters() const = 0;
   // The lens as plain numbers.
-  virtual const LensModel& plain() const = 0;
+  const LensModel& plain() const { return plain_; }
 
   // The distorted point of an ideal point. `jacobian`, if not null, receives d
   // distorted / d ideal (2x2).
-  virtual Eigen::Vector2d Distort(const Eigen::Vector2d& ideal,
-                                  Eigen::Matrix2d* jacobian) const = 0;
+  Eigen::Vector2d Distort(const Eigen::Vector2d& ideal,
+                          Eigen::Matrix2d* jacobian) const;
   // The ideal point of a distorted point; nullopt where the model cannot be
   // inverted (outside the region in which it is one-to-one).
   virtual std::optional<Eigen::Vector2d> Undistort(
       const Eigen::Vector2d& distorted) const = 0;
   // Whether the model is one-to-one at this ideal point. Points outside do not
   // reach the image although the polynomial has a value there.
-  virtual bool InDomain(const Eigen::Vector2d& ideal) const = 0;
+  bool InDomain(const Eigen::Vector2d& ideal) const;
+
+ protected:
+  LensModel plain_;
 };
 
 // OpenCV's five coefficients k1 k2 p1 p2 k3 (radial and tangential, Brown); for
-// the formula see Distort in projection.h.
+// the formula see DistortOpenCv5 in projection.h.
 class OpenCv5Lens final : public Lens {
  public:
   // Throws OptionError for a coefficient that is not finite.
@@ -46,16 +50,8 @@ class OpenCv5Lens final : public Lens {
 
   std::string model() const override { return "opencv5"; }
   std::vector<double> parameters() const override;
-  const LensModel& plain() const override { return plain_; }
-  Eigen::Vector2d Distort(const Eigen::Vector2d& ideal,
-                          Eigen::Matrix2d* jacobian) const override;
   std::optional<Eigen::Vector2d> Undistort(
       const Eigen::Vector2d& distorted) const override;
-  bool InDomain(const Eigen::Vector2d& ideal) const override;
-
- private:
-  std::array<double, 5> k_;
-  LensModel plain_;
 };
 
 inline constexpr const char* kFisheyeModel = "opencv_fisheye";
@@ -73,15 +69,10 @@ class FisheyeLens final : public Lens {
 
   std::string model() const override { return kFisheyeModel; }
   std::vector<double> parameters() const override;
-  const LensModel& plain() const override { return plain_; }
-  Eigen::Vector2d Distort(const Eigen::Vector2d& ideal,
-                          Eigen::Matrix2d* jacobian) const override;
   std::optional<Eigen::Vector2d> Undistort(
       const Eigen::Vector2d& distorted) const override;
-  bool InDomain(const Eigen::Vector2d& ideal) const override;
 
  private:
-  LensModel plain_;
   double max_angle_ = 0.0;  // [rad] off the axis
 };
 

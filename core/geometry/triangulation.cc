@@ -34,22 +34,6 @@ bool HasParallax(Span<PointMeasurement> measurements,
 
 }  // namespace
 
-const char* ToString(TriangulationStatus status) {
-  switch (status) {
-    case TriangulationStatus::kOk:
-      return "ok";
-    case TriangulationStatus::kTooFewViews:
-      return "too few views";
-    case TriangulationStatus::kNotFinite:
-      return "not finite";
-    case TriangulationStatus::kParallelRays:
-      return "parallel rays";
-    case TriangulationStatus::kBehindCamera:
-      break;
-  }
-  return "behind a camera";
-}
-
 TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
                                    const TriangulationOptions& options) {
   TriangulationResult result;

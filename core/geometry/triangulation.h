@@ -6,6 +6,7 @@
 
 #include "core/base/span.h"
 #include "core/geometry/camera.h"
+#include "core/geometry/dlt_lanes.h"
 
 namespace kinegraph {
 
@@ -16,7 +17,6 @@ enum class TriangulationStatus {
   kParallelRays,  // no two rays differ by the minimum angle
   kBehindCamera,  // the point is behind a camera that measured it
 };
-const char* ToString(TriangulationStatus status);
 
 struct PointMeasurement {
   const Camera* camera = nullptr;
@@ -28,11 +28,6 @@ struct TriangulationResult {
   TriangulationStatus status = TriangulationStatus::kTooFewViews;
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  // valid if kOk
   bool ok() const { return status == TriangulationStatus::kOk; }
-};
-
-struct TriangulationOptions {
-  double min_angle_rad = 1e-4;   // minimum angle between two rays at the point
-  bool require_in_front = true;  // of every camera that measured the point
 };
 
 // Direct linear transformation: the unit vector X that minimises |A X|. Each

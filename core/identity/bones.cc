@@ -51,8 +51,8 @@ constexpr int kStatures = 25;
 // assuming independent errors; 0: no covariances.
 double StatedVariance(const PersonPose& pose, const Bone& bone) {
   if (pose.covariances.size() != pose.joints.size()) return 0.0;
-  const auto& a = pose.covariances[static_cast<size_t>(bone.a)];
-  const auto& b = pose.covariances[static_cast<size_t>(bone.b)];
+  const auto& a = pose.covariances[bone.a];
+  const auto& b = pose.covariances[bone.b];
   if (!a.has_value() || !b.has_value()) return 0.0;
   const Eigen::Vector3d along =
       (pose.joints[bone.a].position_m - pose.joints[bone.b].position_m)
@@ -204,12 +204,11 @@ double BoneModel::VarianceOf(const BoneSamples::Piece& piece,
   return std::max(learnt, piece.stated_variance);
 }
 
-BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
-                                      size_t bone) const {
-  Length length;
-  if (bone >= samples.of_bone.size()) return length;
+std::optional<BoneModel::Length> BoneModel::LengthOf(const BoneSamples& samples,
+                                                     size_t bone) const {
+  if (bone >= samples.of_bone.size()) return std::nullopt;
   const std::vector<BoneSamples::Piece>& pieces = samples.of_bone[bone];
-  if (pieces.empty()) return length;
+  if (pieces.empty()) return std::nullopt;
   std::vector<WeightedValue> weighted;
   double information = 0.0;
   for (const BoneSamples::Piece& piece : pieces) {
@@ -218,7 +217,7 @@ BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
   }
   // The variance of a median of many values is pi / 2 times that of their mean.
   const double of_median = pieces.size() < 3 ? 1.0 : 0.5 * M_PI;
-  length.known = true;
+  Length length;
   length.log_length = WeightedMedian(std::move(weighted));
   const double floor =
       std::max(kFloorSigma, bones_[bone].floor_m / std::exp(length.log_length));
@@ -231,14 +230,14 @@ double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
   std::vector<double> difference;
   std::vector<double> variance;
   for (size_t g = 0; g < bones_.size(); ++g) {
-    const Length one = LengthOf(a, g);
-    const Length other = LengthOf(b, g);
-    if (!one.known || !other.known) continue;
+    const auto one = LengthOf(a, g);
+    const auto other = LengthOf(b, g);
+    if (!one || !other) continue;
     // Clamped: beyond what one body explains, a larger difference is no further
     // evidence.
     difference.push_back(
-        std::clamp(one.log_length - other.log_length, -kMost, kMost));
-    variance.push_back(one.variance + other.variance);
+        std::clamp(one->log_length - other->log_length, -kMost, kMost));
+    variance.push_back(one->variance + other->variance);
   }
   const auto likelihood = [&](double stature, double two_bodies) {
     double product = 1.0;
@@ -267,10 +266,10 @@ double BoneModel::MeanDifference(const BoneSamples& a,
   double sum_m = 0.0;
   int count = 0;
   for (size_t g = 0; g < bones_.size(); ++g) {
-    const Length one = LengthOf(a, g);
-    const Length other = LengthOf(b, g);
-    if (!one.known || !other.known) continue;
-    sum_m += std::abs(std::exp(one.log_length) - std::exp(other.log_length));
+    const auto one = LengthOf(a, g);
+    const auto other = LengthOf(b, g);
+    if (!one || !other) continue;
+    sum_m += std::abs(std::exp(one->log_length) - std::exp(other->log_length));
     ++count;
   }
   return count == 0 ? 0.0 : sum_m / count;

@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_IDENTITY_BONES_H_
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "core/identity/tracklet.h"
@@ -45,11 +46,11 @@ class BoneModel {
 
  private:
   struct Length {
-    bool known = false;
     double log_length = 0.0;
     double variance = 0.0;
   };
-  Length LengthOf(const BoneSamples& samples, size_t bone) const;
+  // nullopt without a sample of the bone.
+  std::optional<Length> LengthOf(const BoneSamples& samples, size_t bone) const;
   double VarianceOf(const BoneSamples::Piece& piece, size_t bone) const;
 
   struct KeptBone {

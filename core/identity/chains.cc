@@ -92,10 +92,10 @@ class Linker {
 
  private:
   const Tracklet& First(const Chain& chain) const {
-    return pieces_.tracklets[static_cast<size_t>(chain.pieces.front())];
+    return pieces_.tracklets[chain.pieces.front()];
   }
   const Tracklet& Last(const Chain& chain) const {
-    return pieces_.tracklets[static_cast<size_t>(chain.pieces.back())];
+    return pieces_.tracklets[chain.pieces.back()];
   }
 
   bool MayFollow(const Tracklet& from, const Tracklet& to) const {
@@ -141,10 +141,10 @@ class Linker {
     const Chain& to = chains_[other];
     Evidence evidence;
     if (!MayFollow(Last(from), First(to))) return evidence;
-    const auto last = static_cast<size_t>(from.pieces.back());
+    const int last = from.pieces.back();
     const int first = to.pieces.front();
     const MotionState& end = end_[last];
-    const MotionState& begin = begin_[static_cast<size_t>(first)];
+    const MotionState& begin = begin_[first];
     evidence.allowed = true;
     evidence.bones = BonesOf(from, to);
     // If the two overlap in time, their states at the same moment are compared.
@@ -179,14 +179,13 @@ class Linker {
 
   // Forgets the bones of chains that were joined since.
   void ForgetBones() {
-    std::vector<char> is_left(static_cast<size_t>(next_number_), 0);
+    std::vector<char> is_left(next_number_, 0);
     for (const Chain& chain : chains_) {
-      is_left[static_cast<size_t>(chain.number)] = 1;
+      is_left[chain.number] = 1;
     }
     for (auto at = known_bones_.begin(); at != known_bones_.end();) {
       const auto [one, other] = at->first;
-      const bool keeps = is_left[static_cast<size_t>(one)] != 0 &&
-                         is_left[static_cast<size_t>(other)] != 0;
+      const bool keeps = is_left[one] != 0 && is_left[other] != 0;
       at = keeps ? std::next(at) : known_bones_.erase(at);
     }
   }
@@ -218,15 +217,14 @@ class Linker {
       cost[to * 2 * n + n + to] = 0.0;
     }
     for (const auto& [from, to] : forbidden) {
-      cost[static_cast<size_t>(to) * 2 * n + static_cast<size_t>(from)] =
-          kForbidden;
+      cost[to * 2 * n + from] = kForbidden;
     }
     solver_.Minimise(cost, static_cast<int>(n), static_cast<int>(2 * n),
                      predecessor);
     double total = 0.0;
     for (size_t to = 0; to < n; ++to) {
       int& from = (*predecessor)[to];
-      total += cost[to * 2 * n + static_cast<size_t>(from)];
+      total += cost[to * 2 * n + from];
       if (from >= static_cast<int>(n)) from = -1;
     }
     return total;
@@ -242,7 +240,7 @@ class Linker {
     std::vector<std::pair<int, int>> way;
     int at = to;
     while (at != from && at >= 0) {
-      const int before = predecessor[static_cast<size_t>(at)];
+      const int before = predecessor[at];
       way.push_back({before, at});
       at = before;
     }
@@ -284,16 +282,16 @@ class Linker {
     double margin = gain(from, to);
     std::vector<char> used(chains_.size(), 0);
     for (const int f : predecessor) {
-      if (f >= 0) used[static_cast<size_t>(f)] = 1;
+      if (f >= 0) used[f] = 1;
     }
     for (int t = 0; t < static_cast<int>(chains_.size()); ++t) {
       if (t == to) continue;
-      const int f = predecessor[static_cast<size_t>(t)];
+      const int f = predecessor[t];
       margin = std::min(margin, gain(from, to) + gain(f, t) -
                                     std::max(0.0, gain(f, to)) -
                                     std::max(0.0, gain(from, t)));
       // A chain without a successor may take this one's place.
-      if (!used[static_cast<size_t>(t)] && !evidence_[from][t].allowed) {
+      if (!used[t] && !evidence_[from][t].allowed) {
         margin = std::min(margin, gain(from, to) - gain(t, to));
       }
     }
@@ -301,13 +299,12 @@ class Linker {
   }
 
   Link MakeLink(int from, int to) const {
-    const Chain& one = chains_[static_cast<size_t>(from)];
-    const Chain& other = chains_[static_cast<size_t>(to)];
+    const Chain& one = chains_[from];
+    const Chain& other = chains_[to];
     Link link;
     link.from = one.pieces.back();
     link.to = other.pieces.front();
-    link.evidence =
-        evidence_[static_cast<size_t>(from)][static_cast<size_t>(to)];
+    link.evidence = evidence_[from][to];
     link.gap_s = ToSeconds(First(other).first().time - Last(one).last().time);
     link.bone_difference_m = bones_.MeanDifference(one.bones, other.bones);
     return link;
@@ -351,9 +348,8 @@ class Linker {
     for (size_t to = 0; to < predecessor.size(); ++to) {
       int from = predecessor[to];
       if (from < 0) continue;
-      for (from = predecessor[static_cast<size_t>(from)]; from >= 0;
-           from = predecessor[static_cast<size_t>(from)]) {
-        if (!evidence_[static_cast<size_t>(from)][to].allowed) continue;
+      for (from = predecessor[from]; from >= 0; from = predecessor[from]) {
+        if (!evidence_[from][to].allowed) continue;
         Link link = MakeLink(from, static_cast<int>(to));
         link.margin = Margin(from, static_cast<int>(to), best, predecessor);
         if (link.margin < options_.min_margin) continue;
@@ -387,14 +383,14 @@ class Linker {
     const Chain& one = chains_[guest];
     const Chain& other = chains_[host];
     for (size_t k = 0; k + 1 < other.pieces.size(); ++k) {
-      const auto before = static_cast<size_t>(other.pieces[k]);
-      const auto after = static_cast<size_t>(other.pieces[k + 1]);
+      const int before = other.pieces[k];
+      const int after = other.pieces[k + 1];
       if (!MayFollow(pieces_.tracklets[before], First(one)) ||
           !MayFollow(Last(one), pieces_.tracklets[after])) {
         continue;
       }
-      const auto first = static_cast<size_t>(one.pieces.front());
-      const auto last = static_cast<size_t>(one.pieces.back());
+      const int first = one.pieces.front();
+      const int last = one.pieces.back();
       Insertion insertion;
       insertion.guest = guest;
       insertion.host = host;
@@ -415,8 +411,8 @@ class Linker {
   bool MayBeOne(size_t one, size_t other) const {
     for (const int a : chains_[one].pieces) {
       for (const int b : chains_[other].pieces) {
-        const Tracklet& x = pieces_.tracklets[static_cast<size_t>(a)];
-        const Tracklet& y = pieces_.tracklets[static_cast<size_t>(b)];
+        const Tracklet& x = pieces_.tracklets[a];
+        const Tracklet& y = pieces_.tracklets[b];
         if (x.first().time <= y.last().time &&
             y.first().time <= x.last().time) {
           return false;
@@ -464,7 +460,7 @@ class Linker {
     Chain& host = chains_[insertion.host];
     const Chain& guest = chains_[insertion.guest];
     const int before = host.pieces[insertion.after];
-    const Tracklet& last = pieces_.tracklets[static_cast<size_t>(before)];
+    const Tracklet& last = pieces_.tracklets[before];
     Link link;
     link.from = before;
     link.to = guest.pieces.front();
@@ -488,16 +484,16 @@ class Linker {
     std::vector<int> next(chains_.size(), -1);
     std::vector<char> follows(chains_.size(), 0);
     for (const auto& [from, to] : joins) {
-      next[static_cast<size_t>(from)] = to;
-      follows[static_cast<size_t>(to)] = 1;
+      next[from] = to;
+      follows[to] = 1;
     }
     std::vector<Chain> merged;
     for (size_t c = 0; c < chains_.size(); ++c) {
       if (follows[c]) continue;
       Chain chain = std::move(chains_[c]);
       if (next[c] >= 0) chain.number = next_number_++;
-      for (int k = next[c]; k >= 0; k = next[static_cast<size_t>(k)]) {
-        const Chain& more = chains_[static_cast<size_t>(k)];
+      for (int k = next[c]; k >= 0; k = next[k]) {
+        const Chain& more = chains_[k];
         chain.pieces.insert(chain.pieces.end(), more.pieces.begin(),
                             more.pieces.end());
         chain.bones.Append(more.bones);
@@ -513,8 +509,7 @@ class Linker {
     WeighAll();
     std::vector<std::pair<int, int>> joins;
     for (size_t from = 0; from < chains_.size(); ++from) {
-      const int next =
-          pieces_.next[static_cast<size_t>(chains_[from].pieces.back())];
+      const int next = pieces_.next[chains_[from].pieces.back()];
       for (size_t to = 0; to < chains_.size(); ++to) {
         if (chains_[to].pieces.front() != next || from == to) continue;
         const Evidence& evidence = evidence_[from][to];

@@ -24,13 +24,6 @@ class IdentityMotion {
   // The floor is the plane in which people spread most; the occupied space is
   // the rectangle around the centres of all people, plus half a metre.
   explicit IdentityMotion(const std::vector<Tracklet>& tracklets);
-  // A rectangle of x and y.
-  IdentityMotion(const Eigen::Vector2d& low_m, const Eigen::Vector2d& high_m)
-      : low_m_(low_m),
-        high_m_(high_m),
-        postures_({}, Eigen::Vector3d::UnitZ()) {
-    floor_.leftCols<2>().setIdentity();
-  }
 
   // Log likelihood ratio [nats] of the state `to`, for the person in `from`
   // against another. A `to` that is not later is treated as `frame_s` later.

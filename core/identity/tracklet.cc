@@ -31,8 +31,8 @@ Eigen::Vector3d Across(const Pose3d& pose, const Skeleton& skeleton,
   int count = 0;
   for (const int left : trunk) {
     const int right = skeleton.mirror(left);
-    if (skeleton.joints()[static_cast<size_t>(left)][0] != 'l' ||
-        right == left || !pose[left].present() || !pose[right].present()) {
+    if (skeleton.joints()[left][0] != 'l' || right == left ||
+        !pose[left].present() || !pose[right].present()) {
       continue;
     }
     sum += pose[left].position_m - pose[right].position_m;
@@ -42,17 +42,12 @@ Eigen::Vector3d Across(const Pose3d& pose, const Skeleton& skeleton,
                                         : Eigen::Vector3d(sum / count);
 }
 
-// Mean distance of the joints that both have [m].
-std::optional<double> Distance(const Pose3d& a, const Pose3d& b) {
-  double sum = 0.0;
-  int count = 0;
-  for (size_t j = 0; j < a.size(); ++j) {
-    if (!a[j].present() || !b[j].present()) continue;
-    sum += (a[j].position_m - b[j].position_m).norm();
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / count;
+// The index of the last frame not later than `time`; -1 before the first.
+long IndexAt(const Tracklet& track, TimeNs time) {
+  const auto later = std::upper_bound(
+      track.frames.begin(), track.frames.end(), time,
+      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
+  return static_cast<long>(later - track.frames.begin()) - 1;
 }
 
 // Length of an end from which a state is estimated.
@@ -108,7 +103,7 @@ LimbPosture PostureOf(const Tracklet& tracklet, size_t frame_idx) {
   LimbPosture posture;
   posture.across_m = frame.across_m;
   for (const int j : tracklet.body_joints) {
-    const Joint3d& joint = frame.pose->joints[static_cast<size_t>(j)];
+    const Joint3d& joint = frame.pose->joints[j];
     posture.limbs_m.push_back(
         joint.present() ? Eigen::Vector3d(joint.position_m - frame.centre_m)
                         : Eigen::Vector3d::Constant(
@@ -135,11 +130,7 @@ MotionState StateAtEnd(const Tracklet& tracklet) {
 }
 
 MotionState StateUpTo(const Tracklet& tracklet, TimeNs time) {
-  const auto end = std::upper_bound(
-      tracklet.frames.begin() + 1, tracklet.frames.end(), time,
-      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
-  return StateBefore(tracklet, 0,
-                     static_cast<size_t>(end - tracklet.frames.begin()));
+  return StateBefore(tracklet, 0, std::max(0L, IndexAt(tracklet, time)) + 1);
 }
 
 std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
@@ -225,14 +216,6 @@ struct Crowd {
   TimeNs end = INT64_MIN;
 };
 
-// The index of the last frame not later than `time`; -1 before the first.
-long IndexAt(const Tracklet& track, TimeNs time) {
-  const auto later = std::upper_bound(
-      track.frames.begin(), track.frames.end(), time,
-      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
-  return static_cast<long>(later - track.frames.begin()) - 1;
-}
-
 // Whether the two seem to have exchanged places within kExchangeTime after
 // these frames: each is nearer to the other's prediction.
 bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
@@ -244,8 +227,8 @@ bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
     const long before = IndexAt(track, earlier);
     const long after = IndexAt(track, later);
     if (before < 0 || static_cast<size_t>(after) == k) return false;
-    const TrackletFrame& from = track.frames[static_cast<size_t>(before)];
-    const TrackletFrame& there = track.frames[static_cast<size_t>(after)];
+    const TrackletFrame& from = track.frames[before];
+    const TrackletFrame& there = track.frames[after];
     const TrackletFrame& here = track.frames[k];
     if (here.time - from.time > FromSeconds(kExchangeTime) ||
         later - there.time > FromSeconds(0.5 * kExchangeTime) ||
@@ -519,7 +502,7 @@ Together Compare(const Tracklet& a, const Tracklet& b) {
     if (b.frames[k].frame != frame.frame) continue;
     ++together.frames;
     const std::optional<double> distance_m =
-        Distance(frame.pose->joints, b.frames[k].pose->joints);
+        MeanDistance(frame.pose->joints, b.frames[k].pose->joints);
     if (!distance_m.has_value() || *distance_m > kSamePlace) continue;
     ++together.same_place;
     together.distance_m += *distance_m;

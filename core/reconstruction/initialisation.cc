@@ -1,7 +1,6 @@
 #include "core/reconstruction/initialisation.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace kinegraph {
@@ -142,7 +141,8 @@ void Initialiser::Run(const std::vector<ObservationGroup>& unmatched,
                       std::vector<NewPerson>* people) {
   people->clear();
   GroupViews(unmatched);
-  const int needed = ScaledJoints(options_.min_joints, joints_.size());
+  const int needed =
+      std::max(1, ScaledJoints(options_.min_joints, joints_.size()));
   std::vector<UsedView> views;
   for (ObservationGroup& group : groups_) {
     if (group.size() < 2) continue;
@@ -151,11 +151,7 @@ void Initialiser::Run(const std::vector<ObservationGroup>& unmatched,
     NewPerson person;
     reconstructor_->Initialise(views, options_.alpha_filter_px,
                                &person.reconstruction);
-    int triangulated = 0;
-    for (const int j : joints_) {
-      triangulated += person.reconstruction.triangulated[j];
-    }
-    if (triangulated == 0 || triangulated < needed) continue;
+    if (CountTriangulated(person.reconstruction, joints_) < needed) continue;
     person.members = std::move(group);
     people->push_back(std::move(person));
   }

@@ -78,6 +78,13 @@ void JointsFilter::Apply(Span<JointRay> rays, double alpha_px,
   }
 }
 
+int CountTriangulated(const Reconstruction& reconstruction,
+                      const std::vector<int>& joints) {
+  return static_cast<int>(std::count_if(
+      joints.begin(), joints.end(),
+      [&](int j) { return reconstruction.triangulated[j] != 0; }));
+}
+
 void ReconstructionOptions::Describe(OptionVisitor& visitor) {
   // At least 1: with the half frame of tolerance of FrameClock::Less, a smaller
   // value would exclude views of the current frame.
@@ -117,6 +124,7 @@ Reconstructor::Reconstructor(const CameraRig& cameras,
       filter_(cameras, epipolar),
       options_(options),
       counts_(skeleton.joints().size(), 0) {
+  triangulation_.require_in_front = options.require_in_front;
   for (const int j : skeleton.association_joints()) counts_[j] = 1;
 }
 
@@ -170,14 +178,13 @@ void Reconstructor::Gather(Span<UsedView> views) {
   x_px_.assign(size, 0.0);
   y_px_.assign(size, 0.0);
   present_.assign(size, 0.0);
-  view_weights_.resize(views.size());
   seen_.assign(joints_, 0);
   views_of_.assign(joints_, 0);
   lane_views_.resize(views.size());
   for (size_t v = 0; v < views.size(); ++v) {
     const UsedView& view = views[v];
     const Observation& observation = *view.observation;
-    view_weights_[v] =
+    const double weight =
         view.fresh() ? 1.0
                      : std::exp(-options_.lambda_t_per_frame * view.age_frames);
     const size_t row = v * lanes_;
@@ -197,9 +204,8 @@ void Reconstructor::Gather(Span<UsedView> views) {
       ++views_of_[j];
     }
     const Camera& camera = (*cameras_)[observation.view_idx];
-    lane_views_[v] = {camera.P().data(), camera.centre().data(),
-                      &x_px_[row],       &y_px_[row],
-                      &present_[row],    view_weights_[v]};
+    lane_views_[v] = {camera.P().data(), camera.centre().data(), &x_px_[row],
+                      &y_px_[row],       &present_[row],         weight};
   }
 }
 
@@ -274,22 +280,17 @@ TriangulationResult Reconstructor::TriangulateAlone(Span<UsedView> views,
   measurements_.clear();
   for (size_t i = 0; i < measured_.size(); ++i) {
     measurements_.push_back({&(*cameras_)[rays_[i].view_idx], rays_[i].ideal_px,
-                             view_weights_[measured_[i]]});
+                             lane_views_[measured_[i]].weight});
   }
-  TriangulationOptions options;
-  options.require_in_front = options_.require_in_front;
-  return TriangulateDlt(measurements_, options);
+  return TriangulateDlt(measurements_, triangulation_);
 }
 
 void Reconstructor::Triangulate(Span<UsedView> views) {
   point_m_.resize(3 * static_cast<size_t>(lanes_));
   found_.resize(lanes_);
-  DltLanesOptions options;
-  options.min_angle_rad = TriangulationOptions().min_angle_rad;
-  options.require_in_front = options_.require_in_front;
   double* x_m = point_m_.data();
   TriangulateLanes(lane_views_.data(), static_cast<int>(views.size()), lanes_,
-                   options,
+                   triangulation_,
                    {x_m, x_m + lanes_, x_m + 2 * lanes_, found_.data()});
   for (size_t j = 0; j < joints_; ++j) {
     if (found_[j] >= 0.0) continue;

@@ -72,6 +72,10 @@ struct Reconstruction {
   int alone_joints = 0;
 };
 
+// Number of `joints` that were triangulated.
+int CountTriangulated(const Reconstruction& reconstruction,
+                      const std::vector<int>& joints);
+
 // Joints filter, then weighted DLT, joint by joint. Reuses its memory between
 // calls; not thread-safe.
 class Reconstructor {
@@ -117,6 +121,7 @@ class Reconstructor {
   const EpipolarGeometry* epipolar_;
   JointsFilter filter_;
   ReconstructionOptions options_;
+  TriangulationOptions triangulation_;
   std::vector<char> counts_;  // one per joint
   // Buffers of Run. Rows of lanes_ numbers, one row per view; one joint per
   // lane.
@@ -132,7 +137,6 @@ class Reconstructor {
   std::vector<char> seen_;        // one per joint: measured in this frame
   // One per joint: number of views that measure it.
   std::vector<int> views_of_;
-  std::vector<double> view_weights_;
   // For the current joint: the views that measured it.
   std::vector<int> measured_;
   std::vector<JointRay> rays_;

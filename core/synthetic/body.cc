@@ -3,11 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/skeleton/anthropometry.h"
 
 namespace kinegraph {
@@ -145,11 +147,8 @@ std::optional<int> NumberAfter(const std::string& prefix,
                                const std::string& name) {
   if (name.compare(0, prefix.size(), prefix) != 0) return std::nullopt;
   const std::string digits = name.substr(prefix.size());
-  const bool number = !digits.empty() && digits.size() < 4 &&
-                      std::all_of(digits.begin(), digits.end(),
-                                  [](char c) { return c >= '0' && c <= '9'; });
-  if (!number) return std::nullopt;
-  return std::stoi(digits);
+  if (digits.size() > 3) return std::nullopt;
+  return ParseNumber<uint16_t>(digits);  // without a sign
 }
 
 // Point of a whole-body skeleton: distributed over the front of the head or the

@@ -24,10 +24,6 @@ constexpr double kPatience = 9.0;  // before choosing another goal [s]
 
 double Wrap(double angle_rad) { return std::remainder(angle_rad, 2.0 * kPi); }
 
-Vector2d Direction(double angle_rad) {
-  return {std::cos(angle_rad), std::sin(angle_rad)};
-}
-
 double AngleOf(const Vector2d& v) { return std::atan2(v.y(), v.x()); }
 
 enum class Deed { kWalk, kStand, kTurn, kSit, kLeave, kOutside };

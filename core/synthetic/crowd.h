@@ -4,6 +4,8 @@
 #ifndef KINEGRAPH_CORE_SYNTHETIC_CROWD_H_
 #define KINEGRAPH_CORE_SYNTHETIC_CROWD_H_
 
+#include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -12,6 +14,11 @@
 #include "core/synthetic/spline.h"
 
 namespace kinegraph {
+
+// The unit vector at this angle from x.
+inline Eigen::Vector2d Direction(double angle_rad) {
+  return {std::cos(angle_rad), std::sin(angle_rad)};
+}
 
 enum class GestureKind { kRaise, kWave, kReach, kPhone, kHandOnHip };
 inline constexpr int kGestureKindCount = 5;

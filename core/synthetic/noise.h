@@ -10,7 +10,6 @@
 
 #include "core/base/options.h"
 #include "core/data/detection.h"
-#include "core/data/pose.h"
 #include "core/synthetic/scene.h"
 
 namespace kinegraph {

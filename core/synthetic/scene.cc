@@ -158,12 +158,8 @@ void SceneOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("trunk_flexibility", &trunk_flexibility, Between(0.0, 2.0), "",
                  "rotation of thorax and head relative to the pelvis; 0: trunk "
                  "and head are rigid; 1: as in real people");
-  visitor.Enter("motion");
-  motion.Describe(visitor);
-  visitor.Leave();
-  visitor.Enter("cameras");
-  cameras.Describe(visitor);
-  visitor.Leave();
+  visitor.Table("motion", &motion);
+  visitor.Table("cameras", &cameras);
 }
 
 CameraRig MakeRing(const RingOptions& options) {

@@ -26,10 +26,6 @@ double Sine(double time_s, double frequency_hz, double phase) {
   return std::sin(2.0 * kPi * frequency_hz * time_s + phase);
 }
 
-Vector2d Forward(double heading) {
-  return {std::cos(heading), std::sin(heading)};
-}
-
 // (1 - share) a + share b.
 double Blend(double a, double b, double share) { return a + share * (b - a); }
 
@@ -142,7 +138,7 @@ class SimulatedActor : public Actor {
     }
     const Vector3d root = itinerary_.path.At(time_s);
     const double heading = root.z();
-    const Vector2d forward = Forward(heading);
+    const Vector2d forward = Direction(heading);
     const Vector2d left(-forward.y(), forward.x());
     const Vector2d apart = (posture.feet[kLeft].ankle_m.head<2>() -
                             posture.feet[kRight].ankle_m.head<2>());
@@ -255,7 +251,7 @@ class SimulatedActor : public Actor {
       step.from = feet[next];
       step.to = Neutral(middle_of_stance, next);
       step.length_m =
-          Forward(step.to.yaw).dot(step.to.position_m - step.from.position_m);
+          Direction(step.to.yaw).dot(step.to.position_m - step.from.position_m);
       steps_[next].push_back(step);
       feet[next] = step.to;
       next = 1 - next;
@@ -319,7 +315,7 @@ class SimulatedActor : public Actor {
     const double up =
         ball * std::sin(toes_down) + height * (std::cos(toes_down) - 1.0) +
         heel * std::sin(toes_up) + height * (std::cos(toes_up) - 1.0);
-    const Vector2d position = on_ground + forward * Forward(foot.yaw);
+    const Vector2d position = on_ground + forward * Direction(foot.yaw);
     foot.ankle_m = {position.x(), position.y(), height + up + lift};
     return foot;
   }

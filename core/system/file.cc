@@ -36,6 +36,15 @@ int Tolerant(int outcome) {
   return outcome != 0 && IsNoSuchRequest(errno) ? 0 : outcome;
 }
 
+// Repeats a system call that a signal interrupts.
+template <typename Call>
+auto Repeated(const Call& call) {
+  while (true) {
+    const auto outcome = call();
+    if (outcome >= 0 || errno != EINTR) return outcome;
+  }
+}
+
 int OpenFolder(const std::string& path) {
   return open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 }
@@ -81,11 +90,7 @@ std::FILE* StreamOf(int descriptor, const char* mode) {
 int DescriptorOf(std::FILE* stream) { return fileno(stream); }
 
 int64_t ReadSome(int descriptor, char* to, size_t size) {
-  ssize_t got = 0;
-  do {
-    got = read(descriptor, to, size);
-  } while (got < 0 && errno == EINTR);
-  return got;
+  return Repeated([&] { return read(descriptor, to, size); });
 }
 
 bool SetPermissions(int descriptor, unsigned permissions) {
@@ -99,11 +104,7 @@ void RemoveFile(const std::string& path) { unlink(path.c_str()); }
 void RemoveEmptyFolder(const std::string& path) { rmdir(path.c_str()); }
 
 int SyncFile(int descriptor) {
-  int outcome = 0;
-  do {
-    outcome = fsync(descriptor);
-  } while (outcome != 0 && errno == EINTR);
-  return Tolerant(outcome);
+  return Tolerant(Repeated([&] { return fsync(descriptor); }));
 }
 
 int SyncTree(const std::string& folder) {
@@ -166,8 +167,7 @@ BrokenPipesAreErrors::~BrokenPipesAreErrors() {
   const sigset_t sigpipe = OnlySigpipe();
   // Removes a pending SIGPIPE, which unblocking would deliver.
   const timespec no_time = {0, 0};
-  while (sigtimedwait(&sigpipe, nullptr, &no_time) < 0 && errno == EINTR) {
-  }
+  Repeated([&] { return sigtimedwait(&sigpipe, nullptr, &no_time); });
   pthread_sigmask(SIG_UNBLOCK, &sigpipe, nullptr);
 }
 
@@ -177,21 +177,14 @@ bool ReaderIsGone(int descriptor) {
 }
 
 bool WaitForInput(int descriptor, int stop) {
-  while (true) {
-    pollfd both[2] = {{stop, POLLIN, 0}, {descriptor, POLLIN, 0}};
-    const int ready = poll(both, 2, -1);
-    if (ready < 0 && errno == EINTR) continue;
-    return ready < 0 || both[0].revents == 0;
-  }
+  pollfd both[2] = {{stop, POLLIN, 0}, {descriptor, POLLIN, 0}};
+  return Repeated([&] { return poll(both, 2, -1); }) < 0 ||
+         both[0].revents == 0;
 }
 
 bool HasInput(int descriptor, int wait_ms) {
   pollfd one = {descriptor, POLLIN, 0};
-  int ready = 0;
-  do {
-    ready = poll(&one, 1, wait_ms);
-  } while (ready < 0 && errno == EINTR);
-  return ready > 0;
+  return Repeated([&] { return poll(&one, 1, wait_ms); }) > 0;
 }
 
 bool MakePipe(int ends[2]) { return pipe2(ends, O_CLOEXEC) == 0; }

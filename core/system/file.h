@@ -11,7 +11,6 @@
 
 namespace kinegraph {
 
-inline constexpr int kStandardInput = 0;
 inline constexpr int kStandardOutput = 1;
 inline constexpr int kStandardError = 2;
 

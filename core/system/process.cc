@@ -52,6 +52,27 @@ void Become(char* const* arguments, const char* folder, const char* printed,
   execv(arguments[0], arguments);
 }
 
+// Starts a program by its name, with these descriptors as its standard streams;
+// `input` -1: no input. Returns 0 or the reason of the failure, an errno.
+int Start(std::vector<std::string>* words, int input, int output, int errors,
+          char* const* environment, pid_t* process) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  if (input < 0) {
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null",
+                                     O_RDONLY, 0);
+  } else {
+    posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  }
+  posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, errors, STDERR_FILENO);
+  const std::vector<char*> arguments = Pointers(words);
+  const int reason = posix_spawnp(process, arguments[0], &actions, nullptr,
+                                  arguments.data(), environment);
+  posix_spawn_file_actions_destroy(&actions);
+  return reason;
+}
+
 ProcessEnd EndOf(int status) {
   ProcessEnd end;
   if (WIFEXITED(status)) end.code = WEXITSTATUS(status);
@@ -134,11 +155,6 @@ ProcessEnd RunInFolder(std::vector<std::string> words,
 ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
                           std::FILE* output, std::FILE* errors,
                           const std::string& setting) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, fileno(input), STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, fileno(output), STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, fileno(errors), STDERR_FILENO);
   const std::string name = setting.substr(0, setting.find('=') + 1);
   std::vector<std::string> settings;
   for (char** entry = environ; *entry != nullptr; ++entry) {
@@ -146,33 +162,18 @@ ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
     if (one.rfind(name, 0) != 0) settings.push_back(one);
   }
   settings.push_back(setting);
-  const std::vector<char*> arguments = Pointers(&words);
-  const std::vector<char*> environment = Pointers(&settings);
   pid_t process = 0;
   ProcessEnd none;
-  none.not_started = posix_spawnp(&process, arguments[0], &actions, nullptr,
-                                  arguments.data(), environment.data());
-  posix_spawn_file_actions_destroy(&actions);
+  none.not_started =
+      Start(&words, fileno(input), fileno(output), fileno(errors),
+            Pointers(&settings).data(), &process);
   return none.not_started != 0 ? none : WaitFor(process);
 }
 
 RunningProgram::RunningProgram(std::vector<std::string> words, int input,
                                int output, int errors) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  if (input < 0) {
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null",
-                                     O_RDONLY, 0);
-  } else {
-    posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-  }
-  posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, errors, STDERR_FILENO);
-  const std::vector<char*> arguments = Pointers(&words);
   pid_t process = 0;
-  end_.not_started = posix_spawnp(&process, arguments[0], &actions, nullptr,
-                                  arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  end_.not_started = Start(&words, input, output, errors, environ, &process);
   if (end_.not_started != 0) return;
   process_ = process;
   const std::lock_guard<std::mutex> lock(programs_mutex);

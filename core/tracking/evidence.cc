@@ -81,11 +81,10 @@ bool EvidenceStep::Initialise(const std::vector<UsedView>& views,
                               EstimatorFrame* evidence) {
   if (views.size() < 2) return false;
   reconstructor_.Initialise(views, alpha_new_px_, &reconstruction_);
-  int count = 0;
-  for (const int j : association_joints_) {
-    count += reconstruction_.triangulated[static_cast<size_t>(j)];
+  if (CountTriangulated(reconstruction_, association_joints_) <
+      min_new_joints_) {
+    return false;
   }
-  if (count < min_new_joints_) return false;
   FillEstimatorFrame(views, reconstruction_, /*succeeded=*/true, evidence);
   return true;
 }

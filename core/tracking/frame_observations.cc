@@ -1,5 +1,6 @@
 #include "core/tracking/frame_observations.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -15,12 +16,7 @@ bool IsBetter(const Observation& a, const Observation& b) {
   return a.mean_confidence > b.mean_confidence;
 }
 
-}  // namespace
-
-bool IsOnePerson(const Observation& a, const Observation& b) {
-  return IsOnePerson(a, BoxAround(a.joints), b, BoxAround(b.joints));
-}
-
+// The boxes are around the joints.
 bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
                  const Observation& b, const Eigen::AlignedBox2d& box_b) {
   constexpr double kApart = 0.05;  // mean distance, as a share of the diagonal
@@ -41,6 +37,8 @@ bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
   return 2 * common >= std::min(found_a, found_b) && common > 0 &&
          sum_px < most_px * common;
 }
+
+}  // namespace
 
 size_t SuppressDuplicates(size_t count,
                           std::vector<Observation>* observations) {

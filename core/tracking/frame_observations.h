@@ -3,9 +3,7 @@
 #ifndef KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
 #define KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
 
-#include <Eigen/Geometry>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "core/base/span.h"
@@ -16,16 +14,12 @@
 
 namespace kinegraph {
 
-// Whether two observations of one view show one person: the joints that both
-// found are apart by less than a twentieth of the larger box's diagonal on
-// average (about 9 cm on an adult), and they are at least half of the joints of
-// the observation that found fewer. Two people overlap that well only for a
-// frame or two.
-bool IsOnePerson(const Observation& a, const Observation& b);
-// Overload for known boxes around the joints.
-bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
-                 const Observation& b, const Eigen::AlignedBox2d& box_b);
-
+// Two observations of one view show one person, so are duplicates, if the
+// joints that both found are apart by less than a twentieth of the larger box's
+// diagonal on average (about 9 cm on an adult), and they are at least half of
+// the joints of the observation that found fewer. Two people overlap that well
+// only for a frame or two.
+//
 // Keeps one observation of each group of duplicates, at the index of the
 // group's first: the one with the most joints, then the most confident one,
 // then the first. Returns the number kept; they are moved to the front, and the

@@ -79,7 +79,7 @@ class GraphAssociation final : public AssociationPolicy {
     const size_t count = state_.observations.OfView(view_idx).size();
     std::vector<char> taken(count, 0);
     for (const int match : state_.matches[view_idx]) {
-      if (match >= 0) taken[static_cast<size_t>(match)] = 1;
+      if (match >= 0) taken[match] = 1;
     }
     forbidden->assign(state_.tracks.size() * count, 1);
     const auto owners = LostOwners(view_idx);
@@ -207,8 +207,7 @@ class GraphAssociation final : public AssociationPolicy {
 
   void LearnBeginning(const NewPerson& person, TrackId track) override {
     for (const Observation* member : person.members) {
-      tracklets_[static_cast<size_t>(member->view_idx)].Claim(IndexOf(*member),
-                                                              track);
+      tracklets_[member->view_idx].Claim(IndexOf(*member), track);
     }
   }
 
@@ -238,9 +237,7 @@ class GraphAssociation final : public AssociationPolicy {
   double JointsTwice(const NewPerson& person) const {
     int count = 0;
     for (const int j : state_.scene.skeleton.association_joints()) {
-      count += std::max(
-          0,
-          person.reconstruction.fresh_inlier_views[static_cast<size_t>(j)] - 1);
+      count += std::max(0, person.reconstruction.fresh_inlier_views[j] - 1);
     }
     return count;
   }
@@ -253,8 +250,7 @@ class GraphAssociation final : public AssociationPolicy {
     double sum_px = 0.0;
     int count = 0;
     for (const Observation* member : person.members) {
-      const Camera& camera =
-          state_.scene.cameras[static_cast<size_t>(member->view_idx)];
+      const Camera& camera = state_.scene.cameras[member->view_idx];
       for (const int joint : state_.scene.skeleton.association_joints()) {
         const auto j = static_cast<size_t>(joint);
         if (!person.reconstruction.triangulated[j] ||
@@ -332,22 +328,16 @@ class GraphAssociation final : public AssociationPolicy {
     return false;
   }
 
-  int CountTriangulated(const std::vector<char>& triangulated) const {
-    int count = 0;
-    for (const int j : state_.scene.skeleton.association_joints()) {
-      count += triangulated[static_cast<size_t>(j)];
-    }
-    return count;
-  }
-
   bool IsByChance(const NewPerson& person) const {
     std::vector<size_t> views;
     for (const Observation* member : person.members) {
       views.push_back(static_cast<size_t>(member->view_idx));
     }
-    return AgreeByChance(views,
-                         CountTriangulated(person.reconstruction.triangulated),
-                         person.reconstruction.pose);
+    return AgreeByChance(
+        views,
+        CountTriangulated(person.reconstruction,
+                          state_.scene.skeleton.association_joints()),
+        person.reconstruction.pose);
   }
 
   // Whether these views may agree by chance on `joints` joints at `pose`, by
@@ -372,7 +362,7 @@ class GraphAssociation final : public AssociationPolicy {
     auto count =
         std::count_if(observations.begin(), observations.end(), counts);
     for (const int match : state_.matches[view_idx]) {
-      count -= match >= 0 && counts(observations[static_cast<size_t>(match)]);
+      count -= match >= 0 && counts(observations[match]);
     }
     return static_cast<int>(count);
   }

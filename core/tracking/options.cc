@@ -147,21 +147,11 @@ TrackerOptions TrackerOptions::At(double frame_rate_hz) const {
 }
 
 void TrackerOptions::Describe(OptionVisitor& visitor) {
-  visitor.Enter("association");
-  association.Describe(visitor);
-  visitor.Leave();
-  visitor.Enter("reconstruction");
-  reconstruction.Describe(visitor);
-  visitor.Leave();
-  visitor.Enter("initialisation");
-  initialisation.Describe(visitor);
-  visitor.Leave();
-  visitor.Enter("tracking");
-  life.Describe(visitor);
-  visitor.Leave();
-  visitor.Enter("gates");
-  gates.Describe(visitor);
-  visitor.Leave();
+  visitor.Table("association", &association);
+  visitor.Table("reconstruction", &reconstruction);
+  visitor.Table("initialisation", &initialisation);
+  visitor.Table("tracking", &life);
+  visitor.Table("gates", &gates);
 }
 
 }  // namespace kinegraph

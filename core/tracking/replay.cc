@@ -15,10 +15,6 @@
 
 namespace kinegraph {
 
-struct MatchFreezer::Record {
-  std::vector<FrozenFrame> frames;
-};
-
 namespace {
 
 // Forwards everything and records which detections were matched.
@@ -29,7 +25,7 @@ class FreezingEstimator final : public Estimator {
       : estimator_(std::move(estimator)), record_(std::move(record)) {}
 
   void Add(const EstimatorFrame& frame) override {
-    FrozenFrame& frozen = record_->frames.emplace_back();
+    FrozenFrame& frozen = record_->emplace_back();
     frozen.frame = frame.frame;
     frozen.time = frame.time;
     for (const FreshView& view : frame.views) {
@@ -87,7 +83,7 @@ FrozenMatches MatchFreezer::Matches(
   for (const std::shared_ptr<Record>& record : *records_) {
     FrozenPerson& person = matches.people.emplace_back();
     person.id = TrackId(static_cast<int64_t>(matches.people.size()) - 1);
-    person.frames = record->frames;
+    person.frames = *record;
     for (FrozenFrame& frame : person.frames) {
       frame.written = written.count({person.id, frame.frame}) > 0;
     }

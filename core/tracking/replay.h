@@ -62,7 +62,7 @@ class MatchFreezer {
   // ascending: each person is written in those that contain it.
   FrozenMatches Matches(const std::vector<TrackFrame>& tracks) const;
 
-  struct Record;  // of one person
+  using Record = std::vector<FrozenFrame>;  // of one person
 
  private:
   std::shared_ptr<std::vector<std::shared_ptr<Record>>> records_ =

@@ -149,15 +149,8 @@ bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people) {
   constexpr double kSamePlace = 0.3;  // m
   return std::any_of(
       people.begin(), people.end(), [&](const PersonPose& person) {
-        double sum_m = 0.0;
-        int count = 0;
-        for (size_t j = 0; j < pose.size() && j < person.joints.size(); ++j) {
-          const Joint3d& other = person.joints[j];
-          if (!pose[j].present() || !other.present()) continue;
-          sum_m += (pose[j].position_m - other.position_m).norm();
-          ++count;
-        }
-        return count > 0 && sum_m / count < kSamePlace;
+        const auto distance_m = MeanDistance(pose, person.joints);
+        return distance_m.has_value() && *distance_m < kSamePlace;
       });
 }
 
@@ -179,9 +172,7 @@ SecondPass::SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
       max_lost_(
           FromSeconds(options_.life.max_age_frames / scene_.frame_rate_hz)),
       matches_(scene_.cameras.size()),
-      earlier_(scene_.cameras, detection_skeleton, scene_.skeleton,
-               options_.life.min_found_joints,
-               options_.suppresses_duplicates()) {
+      earlier_(observations_) {
   if (AllViewMatcher::AppliesTo(scene_.skeleton)) {
     all_views_.emplace(scene_.cameras, scene_.skeleton.association_joints(),
                        options_.gates.detector_px);
@@ -203,7 +194,8 @@ void SecondPass::MatchViews(const std::vector<AssociationTarget>& targets,
   }
   matches->resize(views.size());
   for (size_t v = 0; v < views.size(); ++v) {
-    matcher_.Match(targets, views[v], scene_.cameras[v], &(*matches)[v]);
+    matcher_.Match(targets, views[v], scene_.cameras[v], /*barred=*/{},
+                   &(*matches)[v]);
   }
 }
 
@@ -244,7 +236,7 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
       const int match = matches_[v][t];
       if (match < 0) continue;
       used_views_.push_back({&observations_.OfView(v)[match], 0.0});
-      now.taken[v][static_cast<size_t>(match)] = 1;
+      now.taken[v][match] = 1;
     }
     AddFrame(frame.frame, frame.time, person.id, person.joints);
   }

@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "core/association/few_joints.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/system/process.h"
@@ -212,12 +211,12 @@ void Tracker::SetTargets(const DetectionFrame& frame) {
 }
 
 // Sets each track's joints to those last matched in the view.
-void Tracker::SetLastSeen(const DetectionFrame& frame, int view_idx) {
+void Tracker::SetLastSeen(int view_idx, TimeNs time) {
   for (const auto& track : tracks_) {
     track->last_seen.assign(scene_.skeleton.joint_count(), LastSeenJoint());
     for (const ViewMemory::Entry& entry : track->memory.entries()) {
       if (entry.observation.view_idx != view_idx) continue;
-      const double age_frames = clock_.Frames(frame.time - entry.frame_time);
+      const double age_frames = clock_.Frames(time - entry.frame_time);
       for (size_t j = 0; j < track->last_seen.size(); ++j) {
         const Keypoint& joint = entry.observation.joints[j];
         if (track->last_seen[j].valid || !joint.found) continue;
@@ -237,14 +236,11 @@ void Tracker::Associate(const DetectionFrame& frame) {
   }
   for (size_t v = 0; v < observations_.view_count(); ++v) {
     matches_[v].assign(tracks_.size(), -1);
-    if (cross_view_) SetLastSeen(frame, static_cast<int>(v));
     policy_->Forbid(v, &forbidden_);
     MatchView(v, frame.time);
   }
   for (size_t v = 0; v < observations_.view_count(); ++v) {
-    if (!policy_->MatchesAgain(v, &forbidden_)) continue;
-    if (cross_view_) SetLastSeen(frame, static_cast<int>(v));
-    MatchView(v, frame.time);
+    if (policy_->MatchesAgain(v, &forbidden_)) MatchView(v, frame.time);
   }
   CollectUnmatched();
 }
@@ -252,6 +248,7 @@ void Tracker::Associate(const DetectionFrame& frame) {
 // Eq. 1: computes the affinities of all tracks with the detections of the view,
 // and the assignment with the largest total.
 void Tracker::MatchView(size_t view_idx, TimeNs time) {
+  if (cross_view_) SetLastSeen(static_cast<int>(view_idx), time);
   matcher_.Match(targets_, observations_.OfView(view_idx),
                  scene_.cameras[view_idx], forbidden_, &view_match_);
   for (size_t t = 0; t < tracks_.size(); ++t) {
@@ -303,7 +300,7 @@ void Tracker::CollectUnmatched() {
     const Span<Observation> observations = observations_.OfView(v);
     taken.assign(observations.size(), 0);
     for (const int match : matches_[v]) {
-      if (match >= 0) taken[static_cast<size_t>(match)] = 1;
+      if (match >= 0) taken[match] = 1;
     }
     unmatched_[v].clear();
     for (size_t k = 0; k < observations.size(); ++k) {
@@ -368,8 +365,7 @@ void Tracker::FindNewPeople(const DetectionFrame& frame) {
 void Tracker::FindSlightPeople() {
   for (const NewPerson& person : new_people_) {
     for (const Observation* member : person.members) {
-      ObservationGroup& left =
-          unmatched_[static_cast<size_t>(member->view_idx)];
+      ObservationGroup& left = unmatched_[member->view_idx];
       left.erase(std::find(left.begin(), left.end(), member));
     }
   }

@@ -18,7 +18,6 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/reconstruction/initialisation.h"
-#include "core/reconstruction/reconstruction.h"
 #include "core/tracking/association_policy.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/evidence.h"
@@ -95,7 +94,7 @@ class Tracker {
   void ForgetStale(TimeNs time);
   void Associate(const DetectionFrame& frame);
   void SetTargets(const DetectionFrame& frame);
-  void SetLastSeen(const DetectionFrame& frame, int view_idx);
+  void SetLastSeen(int view_idx, TimeNs time);
   void MatchView(size_t view_idx, TimeNs time);
   void MatchAllViews(TimeNs time);
   void Assign(size_t view_idx, size_t observation_idx, size_t target,

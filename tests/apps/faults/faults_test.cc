@@ -337,18 +337,23 @@ TEST(LimitTest, LimitsCanBeRaisedByKeys) {
 // frames.
 TEST(LimitTest, AClockJumpDoesNotGrowMemory) {
   const TemporaryFolder folder;
-  std::istringstream lines(ContentOf(Scene() + "/detections.jsonl"));
+  const std::string& scene = DemoScene("4");
+  std::istringstream lines(ContentOf(scene + "/detections.jsonl"));
   std::string shifted;
   int number = 0;
+  int late = 0;  // frames after the jump of 54 years
   for (std::string line; std::getline(lines, line); ++number) {
     const size_t at = line.find("\"time\": ");
-    if (number > 10 && at != std::string::npos)
+    if (number > 50 && at != std::string::npos) {
       line.insert(at + 8, "170000000");
+      ++late;
+    }
     shifted += line + "\n";
   }
+  EXPECT_GT(late, 40);
   const std::string detections = folder.Write("detections.jsonl", shifted);
   const ProgramOutcome outcome = RunShell(
-      "ulimit -v 2000000; " + ProgramPath("doctor") + " --cameras=" + Scene() +
+      "ulimit -v 2000000; " + ProgramPath("doctor") + " --cameras=" + scene +
       "/cameras.json --detections=" + detections + " --config=" +
       ProjectFile("configs/synthetic/track_paper.toml").string() +
       " --out=" + (folder.path() / "doctor").string());

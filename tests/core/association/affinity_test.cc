@@ -105,7 +105,7 @@ class ViewMatcherTest : public ::testing::Test {
       observations.push_back(testing::Observe(pose, cameras_, 0));
     }
     std::vector<int> match;
-    matcher_.Match(targets, observations, cameras_[0], &match);
+    matcher_.Match(targets, observations, cameras_[0], {}, &match);
     return match;
   }
 
@@ -240,7 +240,7 @@ TEST_F(CrossViewAffinityTest, ViewMatcherUsesCrossViewAffinity) {
     options_.target_2d = target_2d;
     ViewMatcher matcher(options_, AllJoints());
     std::vector<int> match;
-    matcher.Match({target}, std::vector<Observation>{observation_}, camera_,
+    matcher.Match({target}, std::vector<Observation>{observation_}, camera_, {},
                   &match);
     return matcher.affinities()[0];
   };

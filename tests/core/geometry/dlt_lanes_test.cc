@@ -65,7 +65,7 @@ Points InLanes(const Views& views, InstructionSet set) {
   Points points;
   TriangulateLanes(
       views.lanes.data(), static_cast<int>(views.lanes.size()),
-      PaddedLanes(kJoints), DltLanesOptions(),
+      PaddedLanes(kJoints), TriangulationOptions(),
       {points.x.data(), points.y.data(), points.z.data(), points.found.data()});
   UseInstructionSet(InstructionSet::kAvx512);
   return points;
@@ -118,7 +118,8 @@ TEST_P(DltLanes, EqualTriangulateDlt) {
       if (points.found[j] < 0.0) continue;  // left to TriangulateDlt
       ++settled;
       const TriangulationResult alone = Alone(views, j);
-      ASSERT_EQ(points.found[j] > 0.0, alone.ok()) << ToString(alone.status);
+      ASSERT_EQ(points.found[j] > 0.0, alone.ok())
+          << static_cast<int>(alone.status);
       if (!alone.ok()) continue;
       ++found;
       const bool complete =

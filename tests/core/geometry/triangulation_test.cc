@@ -55,7 +55,7 @@ TEST(TriangulationTest, ExactMeasurementsGiveThePoint) {
     const CameraRig cameras = testing::RingOfCameras(views, 4.0);
     const Eigen::Vector3d point = RandomPoint(&random);
     const auto result = TriangulateDlt(Measure(cameras, point, 0.0, &random));
-    ASSERT_TRUE(result.ok()) << ToString(result.status);
+    ASSERT_TRUE(result.ok()) << static_cast<int>(result.status);
     // Pixels of 1e3 at 1e-16 are 1e-13 px, 1e-15 m at this distance; the
     // worst conditioned pair (opposite cameras) loses four digits.
     EXPECT_LT((result.point_m - point).norm(), 1e-10) << views << " views";

@@ -126,7 +126,15 @@ TEST(BoneModelTest, InferredJointsDoNotCount) {
 }
 
 // A space of 25 m^2.
-IdentityMotion Box() { return {{-5.0, -1.25}, {5.0, 1.25}}; }
+IdentityMotion Box() {
+  std::vector<Tracklet> corners(1);  // half a metre inside
+  for (const double x_m : {-4.5, 4.5}) {
+    for (const double y_m : {-0.75, 0.75}) {
+      corners[0].frames.emplace_back().centre_m = {x_m, y_m, 1.0};
+    }
+  }
+  return IdentityMotion(corners);
+}
 
 MotionState State(double time_s, double x_m, double vx_mps) {
   return {FromSeconds(time_s), {x_m, 0.0, 1.0}, {vx_mps, 0.0, 0.0}};

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -50,6 +51,26 @@ TEST(MarkovBursts, RatesOfZeroAndOneAreExact) {
   for (int i = 0; i < 1000; ++i) {
     EXPECT_FALSE(never.Step(0.0, 10.0, &random));
     EXPECT_TRUE(always.Step(1.0, 10.0, &random));
+  }
+}
+
+TEST(MarkovBursts, ARateThatChangesHoldsInItsFrames) {
+  constexpr std::array<double, 2> kRates = {0.1, 0.6};
+  constexpr double kBurst = 6.0;  // frames
+  constexpr int kRun = 50;        // frames at one rate, then at the other
+  Random random(11);
+  MarkovBursts bursts;
+  std::array<double, 2> on = {0.0, 0.0};
+  for (int i = 0; i < kFrames; ++i) {
+    const size_t k = i / kRun % 2;
+    on[k] += bursts.Step(kRates[k], kBurst, &random) ? 1.0 : 0.0;
+  }
+  // As above; the lower rate has the slower chain.
+  const double q = 1.0 / (kBurst * (1.0 - kRates[0]));
+  for (size_t k = 0; k < 2; ++k) {
+    const double variance = kRates[k] * (1.0 - kRates[k]) / (kFrames / 2);
+    EXPECT_NEAR(on[k] / (kFrames / 2), kRates[k],
+                5.0 * std::sqrt(variance * (2.0 - q) / q));
   }
 }
 

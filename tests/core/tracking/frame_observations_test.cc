@@ -32,6 +32,11 @@ Observation Person(double at_px, double size_px, double confidence,
   return person;
 }
 
+bool IsOnePerson(const Observation& a, const Observation& b) {
+  std::vector<Observation> both = {a, b};
+  return SuppressDuplicates(2, &both) == 1;
+}
+
 TEST(DuplicateSuppression, DistanceLimitIsATwentiethOfTheBox) {
   const Observation person = Person(100.0, 200.0, 0.8);
   EXPECT_TRUE(IsOnePerson(person, person));
