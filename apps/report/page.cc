@@ -146,11 +146,11 @@ bool IsRefined(const std::string& kind, const Json& config) {
     return ValueOf(config, "cameras.refine_clock") == true;
   }
   const Json refine = ValueOf(config, "cameras.refine");
-  if (!refine.is_string() || refine == "off") return false;
-  const bool pose = refine == "pose" || refine == "pose_focal";
-  return (kind == "shift" && (pose || refine == "shift")) ||
-         (kind == "rotation" && (pose || refine == "rotation")) ||
-         (kind == "focal_length" && refine == "pose_focal");
+  // Poses do not include the principal point.
+  if (kind == "shift") return refine == "shift";
+  if (kind == "focal_length") return refine == "pose_focal";
+  return kind == "rotation" &&
+         (refine == "rotation" || refine == "pose" || refine == "pose_focal");
 }
 
 }  // namespace
