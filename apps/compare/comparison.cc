@@ -282,6 +282,17 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
   return run;
 }
 
+std::string RefusalOf(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const InputError& error) {
+    return error.what();
+  } catch (const OptionError& error) {
+    return error.what();
+  }
+  return "";
+}
+
 TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
                          const StrategyValues& values,
                          const PreparedRecording& recording, size_t view) {

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -104,6 +105,10 @@ bool SameRun(const Comparison& comparison, const FoldValues& values);
 
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
                        const FoldValues& values);
+
+// Runs `work`; the text of the InputError or OptionError that it throws, empty
+// if there is none.
+std::string RefusalOf(const std::function<void()>& work);
 
 // The result without one camera, in all frames.
 TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,

@@ -610,7 +610,7 @@ std::vector<StrategyScores> ScoreStrategies(
     std::vector<HeldOutScores> parts(views * folds);
     std::vector<SmoothingSpectra> spectra(
         views, SmoothingSpectra(comparison.rate_hz()));
-    try {
+    scores.refused = RefusalOf([&] {
       ParallelFor(comparison.threads, static_cast<int>(pieces), [&](int i) {
         const auto piece = static_cast<size_t>(i);
         if (piece == 0) {
@@ -621,13 +621,8 @@ std::vector<StrategyScores> ScoreStrategies(
         }
         progress.Advance();
       });
-    } catch (const InputError& error) {
-      scores.refused = error.what();
-      continue;
-    } catch (const OptionError& error) {
-      scores.refused = error.what();
-      continue;
-    }
+    });
+    if (!scores.refused.empty()) continue;
     HeldOutScores held_out;
     for (const HeldOutScores& part : parts) {
       const size_t before = held_out.people.size();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -40,17 +41,11 @@ Comparison ComparisonOf(FrozenRecording recording,
 }
 
 // Adds the recording's name to errors.
-template <typename Work>
-void ForRecording(const RecordingInput& input, const Work& work) {
-  try {
-    work();
-  } catch (const InputError& error) {
-    throw InputError("recording '" + Printable(input.name) +
-                     "': " + error.what());
-  } catch (const OptionError& error) {
-    throw InputError("recording '" + Printable(input.name) +
-                     "': " + error.what());
-  }
+void ForRecording(const RecordingInput& input,
+                  const std::function<void()>& work) {
+  const std::string refusal = RefusalOf(work);
+  if (refusal.empty()) return;
+  throw InputError("recording '" + Printable(input.name) + "': " + refusal);
 }
 
 void AddErrors(const Comparison& comparison, const Strategy& strategy,
