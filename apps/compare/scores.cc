@@ -528,8 +528,9 @@ void AddLagSweep(CompareResult* result) {
   }
 }
 
-// StrategyRun::alike of the named strategy, which is run if it was not
-// requested or was refused.
+// StrategyRun::alike of the named strategy, which is run with its default
+// values if it was not requested or was refused; empty if it is refused with
+// these.
 TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
                       const std::vector<Strategy>& strategies,
                       const std::vector<StrategyScores>& scores) {
@@ -540,19 +541,25 @@ TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
   const Strategy strategy = ChooseStrategies({name}).front();
   const StrategyValues defaults = DefaultValues(strategy, comparison.rate_hz(),
                                                 comparison.options.estimators);
-  return RunWithAll(comparison, strategy,
-                    FoldValues(comparison.folds.size(), defaults))
-      .alike;
+  TrackSequence alike;
+  RefusalOf([&] {
+    alike = RunWithAll(comparison, strategy,
+                       FoldValues(comparison.folds.size(), defaults))
+                .alike;
+  });
+  return alike;
 }
 
-// Lags relative to the truth (if any) and to `reference`.
+// Lags relative to the truth and to `reference`, if there are any.
 void AddLags(const Comparison& comparison, const TrackSequence& reference,
              StrategyScores* scores) {
   if (!scores->refused.empty()) return;
   const TrackSequence& tracks = scores->run.alike;
   const std::vector<FrameRange> frames = comparison.scored_frames();
-  scores->lag_to_batch_s =
-      EstimateLag(reference, tracks, comparison.rate_hz(), frames);
+  if (!reference.frames.empty()) {
+    scores->lag_to_batch_s =
+        EstimateLag(reference, tracks, comparison.rate_hz(), frames);
+  }
   if (!comparison.truth.has_value()) return;
   scores->lag_to_truth_s =
       EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), frames);

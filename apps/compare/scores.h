@@ -154,8 +154,9 @@ struct CompareResult {
 };
 
 // Runs and scores the strategies with their values. Lags are measured relative
-// to the truth (if any) and to the batch, which is run even if not requested.
-// Throws InputError if the baseline cannot be run.
+// to the truth (if any) and to the batch, which is run even if not requested;
+// if it cannot be run, there is no lag to it. Throws InputError if the baseline
+// cannot be run.
 void Score(CompareResult* result);
 
 // Fills in the measures and the lag sweep from the scores. Called by Score.
