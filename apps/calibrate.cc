@@ -394,10 +394,7 @@ void WriteCalibration(const RecordingCalibration& recording,
                       const CalibrationFormat& format,
                       const std::string& path) {
   if (format.name == "kinegraph") {
-    ReadyRecording ready;
-    ready.cameras = recording.cameras;
-    ready.record = recording.record;
-    WriteCameras(path, recording.cameras, RefinementJson(ready));
+    WriteCameras(path, recording.cameras, RefinementJson(recording.record));
     return;
   }
   LostFields lost_fields;
