@@ -105,13 +105,9 @@ namespace {
 
 // The value of a dotted key such as "cameras.refine"; null if absent.
 Json ValueOf(const Json& config, const std::string& dotted) {
-  const Json* value = &config;
-  for (const std::string& key : Split(dotted, '.')) {
-    const auto inner = value->is_object() ? value->find(key) : value->end();
-    if (inner == value->end()) return Json();
-    value = &*inner;
-  }
-  return *value;
+  Json::json_pointer place;
+  for (const std::string& key : Split(dotted, '.')) place /= key;
+  return config.contains(place) ? config.at(place) : Json();
 }
 
 // Whether the configuration already has every key=value of a fix that is a
