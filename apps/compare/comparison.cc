@@ -406,4 +406,8 @@ FrozenRecording FreezeRecording(const RecordingInput& input, int threads) {
   return recording;
 }
 
+FrameRange AllFrames(const FrozenRun& run) {
+  return {run.first_frame, run.tracks.frames.back().frame + 1};
+}
+
 }  // namespace kinegraph

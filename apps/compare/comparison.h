@@ -155,14 +155,18 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& mode,
                                          const std::string& set);
 
+// A recording with at least one frame.
 struct FrozenRecording {
   std::string cameras;  // path of the calibration
   RunOptions options;
   FrozenRun run;
 };
 
-// Throws InputError.
+// Throws InputError, also if there is no frame.
 FrozenRecording FreezeRecording(const RecordingInput& input, int threads);
+
+// The frames of a FrozenRecording, from the first to the last one written.
+FrameRange AllFrames(const FrozenRun& run);
 
 }  // namespace kinegraph
 

@@ -374,11 +374,11 @@ void AddMotionMeasures(const StrategyScores& own,
                   : 100.0 * static_cast<double>(own.joints) /
                         static_cast<double>(own.joints_possible));
   list->Plain({"lag_to_batch_ms", "lag behind batch", "ms", 0},
-              kMmPerM * own.lag_to_batch_s.value_or(kNan));
+              1e3 * own.lag_to_batch_s.value_or(kNan));
   // 0: final at once. NaN: final at the end of the recording.
   list->Plain(
       {"final_after_ms", "delay until a pose is final", "ms", 0},
-      own.run.delay.has_value() ? kMmPerM * ToSeconds(*own.run.delay) : kNan);
+      own.run.delay.has_value() ? 1e3 * ToSeconds(*own.run.delay) : kNan);
 }
 
 void AddDerivativeMeasures(const DerivativeResult& own,
@@ -453,7 +453,7 @@ void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
     list->Pcp({"pcp_percent", "PCP", "%", 2}, *own.pcp, *baseline.pcp);
   }
   list->Plain({"lag_to_truth_ms", "lag behind the truth", "ms", 0},
-              kMmPerM * own.lag_to_truth_s.value_or(kNan));
+              1e3 * own.lag_to_truth_s.value_or(kNan));
   list->Plain(
       {"truth_covered_percent", "true joints in the 95 % ellipsoid", "%", 1},
       own.truth_consistency.covered.percent());

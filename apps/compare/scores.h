@@ -15,7 +15,6 @@
 #include "core/base/constants.h"
 #include "core/evaluation/derivatives.h"
 #include "core/evaluation/held_out.h"
-#include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
 #include "core/evaluation/smoothing_balance.h"
@@ -84,7 +83,7 @@ BalanceBasis MakeBalanceBasis(const Comparison& comparison);
 // on the number of threads. `what` labels the progress.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const std::vector<FoldValues>& values, const std::string& what = "scoring",
+    const std::vector<FoldValues>& values, const std::string& what,
     const BalanceBasis* balance = nullptr);
 
 // Fills in held_out_common and its median, by which strategies with different

@@ -486,11 +486,7 @@ std::vector<std::map<std::string, std::string>> RowsOfCsv(
   std::vector<std::vector<std::string>> cells;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    std::istringstream parts(line + ",");
-    cells.emplace_back();
-    for (std::string part; std::getline(parts, part, ',');) {
-      cells.back().push_back(part);
-    }
+    cells.push_back(Split(line, ','));
   }
   std::vector<std::map<std::string, std::string>> rows;
   for (size_t i = 1; i < cells.size(); ++i) {
