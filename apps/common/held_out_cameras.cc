@@ -18,7 +18,6 @@
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/files/side_files.h"
-#include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/noise/bias_model.h"
 #include "solvers/session/ready_recording.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/io/text/json.h"
-#include "solvers/noise/recording_notes.h"
+#include "solvers/noise/learnt_noise.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_report.h"
 #include "solvers/session/session.h"
