@@ -20,6 +20,14 @@
 #include "core/kinematics/angles.h"
 
 namespace kinegraph {
+
+// Input of the smoothing balance, common to all strategies.
+struct BalanceBasis {
+  std::vector<std::vector<JointTraces>> detected, raw;  // [fold][view]
+  JointTraces truth;          // relabelled to the tracks' identities and joints
+  JointTraces triangulation;  // with all cameras
+};
+
 namespace {
 
 // Keeps only observed joints (two or more inlier views).
@@ -565,8 +573,6 @@ void AddLags(const Comparison& comparison, const TrackSequence& reference,
       EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), frames);
 }
 
-}  // namespace
-
 BalanceBasis MakeBalanceBasis(const Comparison& comparison) {
   const Strategy raw = ChooseStrategies({"raw_dlt"}).front();
   const StrategyValues values =
@@ -596,6 +602,8 @@ BalanceBasis MakeBalanceBasis(const Comparison& comparison) {
   basis.truth = WorldTraces(TruthAsTracked(comparison, tracks), {});
   return basis;
 }
+
+}  // namespace
 
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,

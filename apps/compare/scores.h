@@ -70,13 +70,7 @@ struct StrategyScores {
   StrategyRun run;
 };
 
-// Input of the smoothing balance, common to all strategies.
-struct BalanceBasis {
-  std::vector<std::vector<JointTraces>> detected, raw;  // [fold][view]
-  JointTraces truth;          // relabelled to the tracks' identities and joints
-  JointTraces triangulation;  // with all cameras
-};
-BalanceBasis MakeBalanceBasis(const Comparison& comparison);
+struct BalanceBasis;  // input of the smoothing balance (scores.cc)
 
 // Runs and scores the strategies one after another, each on all threads of the
 // comparison. Lags are not filled in here but by Score(). Results do not depend
