@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -22,6 +21,7 @@
 #include "apps/common/recording_output.h"
 #include "apps/common/track_files.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
 #include "core/io/detections/source.h"
@@ -66,14 +66,10 @@ namespace kinegraph {
 namespace {
 
 double NumberOf(const std::string& text, const std::string& flag) {
-  char* end = nullptr;
-  const double number = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !(number > 0.0) ||
-      !std::isfinite(number)) {
-    throw InputError("--" + flag + ": '" + Printable(text) +
-                     "', expected a number above 0");
-  }
-  return number;
+  const auto number = ParseNumber<double>(WithoutPlus(Trimmed(text)));
+  if (number && *number > 0.0 && std::isfinite(*number)) return *number;
+  throw InputError("--" + flag + ": '" + Printable(text) +
+                   "', expected a number above 0");
 }
 
 // Accepts lengths from 0.1 mm to `most`, so that lengths given in millimetres
@@ -394,10 +390,7 @@ void WriteCalibration(const RecordingCalibration& recording,
                       const CalibrationFormat& format,
                       const std::string& path) {
   if (format.name == "kinegraph") {
-    ReadyRecording ready;
-    ready.cameras = recording.cameras;
-    ready.record = recording.record;
-    WriteCameras(path, recording.cameras, RefinementJson(ready));
+    WriteCameras(path, recording.cameras, RefinementJson(recording.record));
     return;
   }
   LostFields lost_fields;

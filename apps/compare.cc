@@ -136,14 +136,6 @@ void CheckCompareFlags() {
   }
 }
 
-FrameRange AllFrames(const FrozenRun& run) {
-  if (run.tracks.frames.empty()) {
-    throw InputError(FLAGS_detections, "",
-                     "has no frame in the requested range");
-  }
-  return {run.first_frame, run.tracks.frames.back().frame + 1};
-}
-
 std::vector<FrameRange> Halves(const FrameRange& all) {
   const int64_t length = (all.end - all.begin - kGapFrames) / 2;
   if (length < kGapFrames) {

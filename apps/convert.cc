@@ -8,7 +8,6 @@
 #include "apps/common/adapter_flag.h"
 #include "apps/common/app.h"
 #include "apps/common/track_files.h"
-#include "core/base/error.h"
 #include "core/io/conversion.h"
 
 DEFINE_string(from, "auto",

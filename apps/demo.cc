@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <iterator>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,21 +54,13 @@ TrackSequence Track(const Mode& mode, const SyntheticRecording& recording) {
                                             "output.observations=true", "");
   RunRequest request;
   request.cameras = recording.scene.cameras;
-  Session session(options, request, recording.detections.header, [&] {
-    return std::make_unique<MemorySource>(recording.detections);
-  });
-  TrackSequence tracks;
-  tracks.header = session.scene().header;
   Progress progress(
       std::string("tracking: ") + mode.title,
       PassCount(options) *
           static_cast<int64_t>(recording.detections.frames.size()));
-  session.set_progress([&](int64_t frames_read) { progress.Set(frames_read); });
-  MemorySource source(recording.detections);
-  TrackAll(&source, &session, [&](TrackFrame&& frame) {
-    tracks.frames.push_back(std::move(frame));
-  });
-  return tracks;
+  return TrackSequenceOf(
+      options, request, recording.detections, nullptr,
+      [&progress](int64_t frames_read) { progress.Set(frames_read); });
 }
 
 // ---- Scores

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "apps/common/adapter_flag.h"
@@ -23,7 +22,6 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "solvers/session/diagnose.h"
-#include "solvers/session/ready_recording.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
@@ -139,9 +137,7 @@ std::string RecordFor(const CameraRig& corrected, const CameraRig& stated,
       camera.places.clear();
     }
   }
-  ReadyRecording ready;
-  ready.record = std::move(record);
-  return RefinementJson(ready);
+  return RefinementJson(*record);
 }
 
 // Adds to the corrected cameras those of the calibration that belong to no

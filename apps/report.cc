@@ -33,7 +33,6 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/io/tracks/reading_notes.h"
-#include "core/io/tracks/tracks.h"
 #include "core/kinematics/ground.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/run.h"
@@ -315,9 +314,9 @@ void CheckPictureFlags(const PageInput& input) {
   if (FLAGS_embed_megabytes > 0.0 && FLAGS_images.empty()) {
     throw InputError("--embed_megabytes: needs --images");
   }
-  if (input.detections.has_value()) return;
-  if (FLAGS_images.empty()) return;
-  throw InputError("--images: needs --cameras and --detections");
+  if (!FLAGS_images.empty() && !input.detections.has_value()) {
+    throw InputError("--images: needs --cameras and --detections");
+  }
 }
 
 // "1.2 MB"

@@ -64,13 +64,9 @@ foreach(header ${headers})
 endforeach()
 
 get_property(commands GLOBAL PROPERTY KINEGRAPH_COMMANDS)
-if(commands)
-  install(TARGETS ${commands} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
-if(EXISTS ${PROJECT_SOURCE_DIR}/configs)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/kinegraph)
-endif()
+install(TARGETS ${commands} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/kinegraph)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE
   ${PROJECT_SOURCE_DIR}/third_party_notes.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR})

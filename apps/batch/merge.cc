@@ -10,7 +10,6 @@
 #include <set>
 #include <utility>
 
-#include "apps/batch/tasks.h"
 #include "apps/common/table.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
@@ -151,7 +150,7 @@ Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
       results.missing.push_back(&task);
       continue;
     }
-    const std::string folder = out + "/" + task.Name();
+    const std::string folder = FolderOf(task, out);
     if (!IsFile(folder + "/task.json")) {
       throw InputError(folder + "/task.json", "",
                        "was removed while the results were read");
@@ -162,11 +161,6 @@ Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
     AddFigures(task, folder, &results);
   }
   return results;
-}
-
-std::string SummaryCell(const BatchSummary& summary, int decimals) {
-  if (summary.recordings == 0) return "-";
-  return WithInterval(summary.mean, summary.interval, decimals);
 }
 
 std::string MeasureTable(const Results& results, const BatchMeasure& measure) {
@@ -192,7 +186,7 @@ std::string MeasureTable(const Results& results, const BatchMeasure& measure) {
 std::string MissingText(const Results& results, const std::string& out) {
   std::string text;
   for (const Task* task : results.missing) {
-    const std::string file = out + "/" + task->Name() + ".failed.txt";
+    const std::string file = FailureFile(*task, out);
     std::string why = "not done yet";
     if (IsFile(file)) why = ReadTextFile(file);
     while (!why.empty() && why.back() == '\n') why.pop_back();
@@ -298,17 +292,15 @@ std::string IndexPage(const std::vector<Task>& tasks, const Results& results,
     const bool missing =
         std::find(results.missing.begin(), results.missing.end(), &task) !=
         results.missing.end();
-    if (missing) page += "not done";
     for (const TaskStep& step : task.steps) {
       if (missing) break;
+      const bool is_folder = IsFolder(FolderOf(task, out) + "/" + step.output);
       const std::string file =
-          task.Name() + "/" + step.output +
-          (IsFolder(out + "/" + task.Name() + "/" + step.output) ? "/compare.md"
-                                                                 : "");
+          task.Name() + "/" + step.output + (is_folder ? "/compare.md" : "");
       page +=
           "<a href=\"" + UrlOf(file) + "\">" + HtmlText(step.output) + "</a> ";
     }
-    page += "</td></tr>\n";
+    page += missing ? "not done</td></tr>\n" : "</td></tr>\n";
   }
   return page + "</table>\n</html>\n";
 }
@@ -354,6 +346,11 @@ BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b) {
                    std::hypot(a[t]->standard_error, b[t]->standard_error)});
   }
   return Summarise(differences);
+}
+
+std::string SummaryCell(const BatchSummary& summary, int decimals) {
+  if (summary.recordings == 0) return "-";
+  return WithInterval(summary.mean, summary.interval, decimals);
 }
 
 Json SummaryJson(const BatchSummary& summary) {

@@ -32,7 +32,9 @@ struct BatchSummary {
   Interval interval;
 };
 BatchSummary Summarise(const BatchColumn& column);
-// Returns null if there are no recordings.
+// "1.5 [1.2, 1.8]"; "-" without recordings.
+std::string SummaryCell(const BatchSummary& summary, int decimals);
+// Null without recordings.
 Json SummaryJson(const BatchSummary& summary);
 
 // Summarises the differences of two configurations, formed for each recording.

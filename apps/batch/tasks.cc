@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -102,14 +101,6 @@ std::string ContentMark(const std::string& path) {
 constexpr const char* kLog = "log.txt";
 constexpr const char* kErrors = "errors.txt";
 
-std::string FolderOf(const Task& task, const std::string& out) {
-  return out + "/" + task.Name();
-}
-
-std::string FailureFile(const Task& task, const std::string& out) {
-  return FolderOf(task, out) + ".failed.txt";
-}
-
 // All programs of a build are in one folder.
 std::string ProgramOf(const std::string& command) {
   const std::string path = ProgramPath();
@@ -188,6 +179,14 @@ std::vector<Task> TasksOf(const Manifest& manifest) {
   return tasks;
 }
 
+std::string FolderOf(const Task& task, const std::string& out) {
+  return out + "/" + task.Name();
+}
+
+std::string FailureFile(const Task& task, const std::string& out) {
+  return FolderOf(task, out) + ".failed.txt";
+}
+
 TaskState StateOf(const Task& task, const std::string& out) {
   const std::string folder = FolderOf(task, out);
   // Snakemake creates the empty folder itself.
@@ -205,8 +204,7 @@ TaskState StateOf(const Task& task, const std::string& out) {
 namespace {
 
 // Runs the steps one after the other. The folder appears under its name when
-// all steps are done; otherwise DIR/TAKE/CONFIGURATION.failed.txt contains the
-// error.
+// all steps are done; otherwise FailureFile contains the error.
 TaskOutcome RunTask(const Task& task, const std::string& out) {
   TaskOutcome outcome;
   try {

@@ -43,8 +43,11 @@ enum class TaskState {
   kOther,
 };
 
-// State of the folder DIR/TAKE/CONFIGURATION, whose task.json contains the
-// fingerprint.
+// DIR/TAKE/CONFIGURATION, and the file with the error of a failed task.
+std::string FolderOf(const Task& task, const std::string& out);
+std::string FailureFile(const Task& task, const std::string& out);
+
+// State of that folder, whose task.json contains the fingerprint.
 TaskState StateOf(const Task& task, const std::string& out);
 
 struct TaskOutcome {

@@ -20,7 +20,6 @@
 #define KINEGRAPH_APPS_COMMON_APP_H_
 
 #include <array>
-#include <cstdint>
 #include <functional>
 #include <set>
 #include <string>

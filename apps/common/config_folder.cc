@@ -114,8 +114,7 @@ std::string ShippedConfig(const std::string& name) {
 }
 
 std::string FindConfig(const std::string& path) {
-  // Empty and absolute paths are returned unchecked: reading them reports the
-  // error.
+  // Reading these reports the error.
   const bool unchecked = path.empty() || path.front() == '/';
   if (unchecked || IsFile(path) || IsFolder(path) || IsPipe(path)) return path;
   const std::string found = ShippedConfig(path);

@@ -18,7 +18,6 @@
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/files/side_files.h"
-#include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/noise/bias_model.h"
 #include "solvers/session/ready_recording.h"
@@ -55,15 +54,10 @@ HeldOutInput ReadHeldOutInput(const HeldOutRequest& request) {
     throw InputError("--set, --mode: need --config");
   }
   input.rig = ReadCameras(request.cameras, input.options.cameras);
-  input.detections =
-      ReadDetections(request.detections, DetectionOptionsOf(input.options));
-  const auto record = ReadRefinementRecord(request.cameras);
-  if (record.has_value() && record->has_clocks()) {
-    RunRequest run_request;
-    run_request.cameras = input.rig;
-    input.detections = WithRecordedClocks(input.options, run_request, *record,
-                                          input.detections);
-  }
+  RunRequest run_request;
+  run_request.cameras = input.rig;
+  input.detections = ReadClockedDetections(request.detections, request.cameras,
+                                           input.options, run_request);
   UsedViews used = ChooseViews(input.views(), input.rig, input.options.cameras);
   input.cameras = std::move(used.cameras);
   KeepViews(used.views, &input.detections);
@@ -248,6 +242,17 @@ EvaluationOutput DescribeColumns(const HeldOutColumns& columns,
 }
 
 }  // namespace
+
+DetectionSequence ReadClockedDetections(const std::string& detections,
+                                        const std::string& cameras,
+                                        const RunOptions& options,
+                                        const RunRequest& request) {
+  DetectionSequence read =
+      ReadDetections(detections, DetectionOptionsOf(options));
+  const auto record = ReadRefinementRecord(cameras);
+  if (!record.has_value() || !record->has_clocks()) return read;
+  return WithRecordedClocks(options, request, *record, read);
+}
 
 HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set) {
   set.detections.erase(

@@ -10,6 +10,7 @@
 #include "core/base/frame_range.h"
 #include "core/data/held_out.h"
 #include "core/geometry/camera.h"
+#include "solvers/session/scene.h"
 
 namespace kinegraph {
 
@@ -29,6 +30,13 @@ struct HeldOutRequest {
 };
 
 EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
+
+// Reads detections, with the clocks that an earlier run added to the cameras'
+// file.
+DetectionSequence ReadClockedDetections(const std::string& detections,
+                                        const std::string& cameras,
+                                        const RunOptions& options,
+                                        const RunRequest& request);
 
 // The detections in `frames`; all of them if `frames` is empty.
 HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set);

@@ -18,9 +18,9 @@
 namespace kinegraph {
 namespace {
 
-// The pipe that InputStop reads, if the first signal should only end the input;
-// -1: none.
-std::atomic<int> end_of_input[2] = {{-1}, {-1}};
+// The writing end of the pipe that InputStop reads, if the first signal should
+// only end the input; -1: none.
+std::atomic<int> end_of_input{-1};
 
 void Say(const std::string& line) {
   // On a terminal, first clears a progress line.
@@ -30,10 +30,10 @@ void Say(const std::string& line) {
 
 void WaitAndEnd(const std::string& program) {
   int number = NextSignal();
-  if (number != 0 && end_of_input[1] >= 0) {
+  if (number != 0 && end_of_input >= 0) {
     Say(program + ": " + SignalName(number) +
         ": input ended; a second signal discards the result");
-    WriteAtOnce(end_of_input[1], std::string(1, '\0'));
+    WriteAtOnce(end_of_input, std::string(1, '\0'));
     number = NextSignal();
   }
   if (number == 0) return;
@@ -81,8 +81,7 @@ void EndInputOnInterruption() {
   int ends[2];
   if (!MakePipe(ends)) return;  // the first signal then ends the program
   InputStop::ListenTo(ends[0]);
-  end_of_input[0] = ends[0];
-  end_of_input[1] = ends[1];
+  end_of_input = ends[1];
 }
 
 void NameProgram(const std::string& program) {

@@ -121,11 +121,9 @@ class SeriesScript {
          {&series.x_low, &series.x_high, &series.y_low, &series.y_high}) {
       CHECK(ends->empty() || ends->size() == count) << "ends " << series.name;
     }
-    CHECK(series.labels.empty() || series.labels.size() == count)
-        << "labels of " << series.name;
   }
 
-  // Rows of x, y, x_low, x_high, y_low, y_high, label.
+  // Rows of x, y, x_low, x_high, y_low, y_high.
   std::string Data() const {
     std::string data = block_ + " << EOD\n";
     for (size_t i = 0; i < series_.x.size(); ++i) {
@@ -135,11 +133,11 @@ class SeriesScript {
         data += "\n";  // an empty line interrupts the curve
         continue;
       }
-      data += fmt::format("{} {} {} {} {} {} \"{}\"\n", Number(x), Number(y),
+      data += fmt::format("{} {} {} {} {} {}\n", Number(x), Number(y),
                           End(plot_.x, series_.x_low, i, x),
                           End(plot_.x, series_.x_high, i, x),
                           End(plot_.y, series_.y_low, i, y),
-                          End(plot_.y, series_.y_high, i, y), Label(i));
+                          End(plot_.y, series_.y_high, i, y));
     }
     return data + "EOD\n";
   }
@@ -162,11 +160,6 @@ class SeriesScript {
     }
     if (!series_.y_low.empty()) {
       elements.push_back(block_ + " using 1:5:(0):($6-$5)" + bar);
-    }
-    if (!series_.labels.empty()) {
-      elements.push_back(block_ +
-                         " using 1:2:7 with labels left offset char 0.8,0.35 "
-                         "font ',10' notitle");
     }
     return elements;
   }
@@ -197,14 +190,6 @@ class SeriesScript {
     // An end that a log axis cannot show is clipped at a tenth of the value.
     if (!Shown(axis, ends[i])) return Number(0.1 * value);
     return Number(ends[i]);
-  }
-
-  // For gnuplot's double quotes in data, which have no escapes.
-  std::string Label(size_t i) const {
-    if (series_.labels.empty()) return "";
-    std::string label = Printable(series_.labels[i]);
-    std::replace(label.begin(), label.end(), '"', '\'');
-    return label;
   }
 
   const Plot& plot_;

@@ -39,7 +39,6 @@ struct PlotSeries {
   // Ends of the error bars; NaN: none.
   std::vector<double> x_low = {}, x_high = {};
   std::vector<double> y_low = {}, y_high = {};
-  std::vector<std::string> labels = {};  // next to the points
   // Index into the palette; by default the index of the series.
   std::optional<int> colour = {};
   bool dashed = false;

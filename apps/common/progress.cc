@@ -64,9 +64,9 @@ Progress::~Progress() {
   if (drawn_) std::fputs(kWipe, stderr);
 }
 
-void Progress::Advance(int64_t steps) {
+void Progress::Advance() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  done_ += steps;
+  ++done_;
   Show();
 }
 

@@ -21,7 +21,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void Advance(int64_t steps = 1);
+  void Advance();  // one step
   void Set(int64_t done);
 
  private:

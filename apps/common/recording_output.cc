@@ -6,11 +6,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/common/app.h"
 #include "apps/common/table.h"
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/detections/view_pairing.h"
-#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
@@ -228,14 +228,8 @@ std::string Flag(const std::string& name, const std::string& value) {
   constexpr char kPlain[] =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
       "/._-+,:=@%";
-  if (value.find_first_not_of(kPlain) == std::string::npos) {
-    return " --" + name + "=" + value;
-  }
-  std::string quoted;
-  for (const char letter : value) {
-    quoted += letter == '\'' ? "'\\''" : std::string(1, letter);
-  }
-  return " --" + name + "='" + quoted + "'";
+  const bool is_plain = value.find_first_not_of(kPlain) == std::string::npos;
+  return " --" + name + "=" + (is_plain ? value : ShellQuoted(value));
 }
 
 void NameInputs(const std::string& recording, const std::string& configuration,
@@ -349,6 +343,10 @@ std::string RefinementJson(const ReadyRecording& recording) {
   if (recording.ground.has_value())
     json["ground"] = GroundJson(*recording.ground);
   return DumpJson(json);
+}
+
+std::string RefinementJson(const RefinementRecord& record) {
+  return DumpJson(RecordJson(record));
 }
 
 std::string RefinementText(const ReadyRecording& recording) {

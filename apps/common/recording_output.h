@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/io/text/json.h"
-#include "solvers/noise/recording_notes.h"
+#include "solvers/noise/learnt_noise.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_report.h"
 #include "solvers/session/session.h"
@@ -37,6 +37,8 @@ std::string ReportJson(const RecordingReport& report, const RunSummary& run,
 // scale of the world; and the floor, if it was determined. From this, a later
 // run can repeat the refinement.
 std::string RefinementJson(const ReadyRecording& recording);
+// The part that a later run needs.
+std::string RefinementJson(const RefinementRecord& record);
 
 // The matrix as a list of its rows.
 Json RowsJson(const Eigen::MatrixXd& matrix);

@@ -96,8 +96,6 @@ void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
 
 // ---- scene.json: the configuration, and the truth of each detection ----
 
-std::string Quoted(const std::string& text) { return "\"" + text + "\""; }
-
 std::string Seconds(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.6g", value);
@@ -130,8 +128,8 @@ std::string PersonJson(const Actor& person, size_t id, double end_s) {
 
 // [person or -1, note, [joints that are outliers]] of one detection.
 std::string LabelJson(const DetectionTruth& truth) {
-  std::string json =
-      "[" + std::to_string(truth.person) + ", " + Quoted(NoteOf(truth)) + ", [";
+  std::string json = "[" + std::to_string(truth.person) + ", " +
+                     JsonText(NoteOf(truth)) + ", [";
   for (size_t i = 0; i < truth.outliers.size(); ++i) {
     json += (i > 0 ? ", " : "") + std::to_string(truth.outliers[i]);
   }
@@ -144,7 +142,7 @@ std::string FrameJson(const DetectionHeader& header,
   std::string json =
       "{\"frame\": " + std::to_string(frame.frame) + ", \"views\": {";
   for (size_t v = 0; v < truth.size(); ++v) {
-    json += (v > 0 ? ", " : "") + Quoted(header.view_names[v]) + ": [";
+    json += (v > 0 ? ", " : "") + JsonText(header.view_names[v]) + ": [";
     for (size_t d = 0; d < truth[v].size(); ++d) {
       json += (d > 0 ? ", " : "") + LabelJson(truth[v][d]);
     }

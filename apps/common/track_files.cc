@@ -110,8 +110,7 @@ void PrintUnitNote(const std::string& command, const std::string& path,
                    const TrackSequence& tracks) {
   const std::string note = UnitNote(path, options, tracks);
   if (note.empty()) return;
-  std::fprintf(stderr, "kinegraph-%s: note: %s: %s\n", command.c_str(),
-               Printable(path).c_str(), note.c_str());
+  SayNotes({Printable(path) + ": " + note}, "kinegraph-" + command + ": ");
 }
 
 TrackInput::TrackInput(std::string command, const std::string& unit_flag,

@@ -15,11 +15,8 @@
 #include "core/evaluation/statistics.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/configuration/config.h"
-#include "core/io/configuration/refinement_record.h"
-#include "core/io/detections/source.h"
 #include "core/tracking/replay.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/session/ready_recording.h"
 
 namespace kinegraph {
 namespace {
@@ -282,6 +279,17 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
   return run;
 }
 
+std::string RefusalOf(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const InputError& error) {
+    return error.what();
+  } catch (const OptionError& error) {
+    return error.what();
+  }
+  return "";
+}
+
 TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
                          const StrategyValues& values,
                          const PreparedRecording& recording, size_t view) {
@@ -387,19 +395,19 @@ FrozenRecording FreezeRecording(const RecordingInput& input, int threads) {
   request.cameras = ReadCameras(input.cameras, recording.options.cameras);
   request.frames = ParseFrameRanges(input.frames);
   request.threads = threads;
-  DetectionSequence detections =
-      ReadDetections(input.detections, DetectionOptionsOf(recording.options));
-  const auto record = ReadRefinementRecord(input.cameras);
-  if (record.has_value() && record->has_clocks()) {
-    detections =
-        WithRecordedClocks(recording.options, request, *record, detections);
-  }
-  recording.run = FreezeTracking(recording.options, request, detections);
+  recording.run =
+      FreezeTracking(recording.options, request,
+                     ReadClockedDetections(input.detections, input.cameras,
+                                           recording.options, request));
   if (recording.run.tracks.frames.empty()) {
     throw InputError(input.detections, "",
                      "has no frame in the requested range");
   }
   return recording;
+}
+
+FrameRange AllFrames(const FrozenRun& run) {
+  return {run.first_frame, run.tracks.frames.back().frame + 1};
 }
 
 }  // namespace kinegraph

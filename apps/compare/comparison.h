@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -105,6 +106,10 @@ bool SameRun(const Comparison& comparison, const FoldValues& values);
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
                        const FoldValues& values);
 
+// Runs `work`; the text of the InputError or OptionError that it throws, empty
+// if there is none.
+std::string RefusalOf(const std::function<void()>& work);
+
 // The result without one camera, in all frames.
 TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
                          const StrategyValues& values,
@@ -150,14 +155,18 @@ std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& mode,
                                          const std::string& set);
 
+// A recording with at least one frame.
 struct FrozenRecording {
   std::string cameras;  // path of the calibration
   RunOptions options;
   FrozenRun run;
 };
 
-// Throws InputError.
+// Throws InputError, also if there is no frame.
 FrozenRecording FreezeRecording(const RecordingInput& input, int threads);
+
+// The frames of a FrozenRecording, from the first to the last one written.
+FrameRange AllFrames(const FrozenRun& run);
 
 }  // namespace kinegraph
 

@@ -3,8 +3,6 @@
 #ifndef KINEGRAPH_APPS_COMPARE_OUTPUT_H_
 #define KINEGRAPH_APPS_COMPARE_OUTPUT_H_
 
-#include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 

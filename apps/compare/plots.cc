@@ -65,7 +65,6 @@ NamedPlot Differences(const CompareResult& result) {
   plot.title = "Held-out error against " + result.baseline().strategy.title +
                " (95 % intervals of the paired difference)";
   plot.x.label = "difference of held-out error [px]; left of 0: better";
-  plot.legend = PlotLegend::kOutside;
   const struct {
     Verdict verdict;
     const char* name;

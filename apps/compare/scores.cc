@@ -20,6 +20,14 @@
 #include "core/kinematics/angles.h"
 
 namespace kinegraph {
+
+// Input of the smoothing balance, common to all strategies.
+struct BalanceBasis {
+  std::vector<std::vector<JointTraces>> detected, raw;  // [fold][view]
+  JointTraces truth;          // relabelled to the tracks' identities and joints
+  JointTraces triangulation;  // with all cameras
+};
+
 namespace {
 
 // Keeps only observed joints (two or more inlier views).
@@ -374,11 +382,11 @@ void AddMotionMeasures(const StrategyScores& own,
                   : 100.0 * static_cast<double>(own.joints) /
                         static_cast<double>(own.joints_possible));
   list->Plain({"lag_to_batch_ms", "lag behind batch", "ms", 0},
-              kMmPerM * own.lag_to_batch_s.value_or(kNan));
+              1e3 * own.lag_to_batch_s.value_or(kNan));
   // 0: final at once. NaN: final at the end of the recording.
   list->Plain(
       {"final_after_ms", "delay until a pose is final", "ms", 0},
-      own.run.delay.has_value() ? kMmPerM * ToSeconds(*own.run.delay) : kNan);
+      own.run.delay.has_value() ? 1e3 * ToSeconds(*own.run.delay) : kNan);
 }
 
 void AddDerivativeMeasures(const DerivativeResult& own,
@@ -453,7 +461,7 @@ void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
     list->Pcp({"pcp_percent", "PCP", "%", 2}, *own.pcp, *baseline.pcp);
   }
   list->Plain({"lag_to_truth_ms", "lag behind the truth", "ms", 0},
-              kMmPerM * own.lag_to_truth_s.value_or(kNan));
+              1e3 * own.lag_to_truth_s.value_or(kNan));
   list->Plain(
       {"truth_covered_percent", "true joints in the 95 % ellipsoid", "%", 1},
       own.truth_consistency.covered.percent());
@@ -528,8 +536,9 @@ void AddLagSweep(CompareResult* result) {
   }
 }
 
-// StrategyRun::alike of the named strategy, which is run if it was not
-// requested or was refused.
+// StrategyRun::alike of the named strategy, which is run with its default
+// values if it was not requested or was refused; empty if it is refused with
+// these.
 TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
                       const std::vector<Strategy>& strategies,
                       const std::vector<StrategyScores>& scores) {
@@ -540,25 +549,29 @@ TrackSequence AlikeOf(const std::string& name, const Comparison& comparison,
   const Strategy strategy = ChooseStrategies({name}).front();
   const StrategyValues defaults = DefaultValues(strategy, comparison.rate_hz(),
                                                 comparison.options.estimators);
-  return RunWithAll(comparison, strategy,
-                    FoldValues(comparison.folds.size(), defaults))
-      .alike;
+  TrackSequence alike;
+  RefusalOf([&] {
+    alike = RunWithAll(comparison, strategy,
+                       FoldValues(comparison.folds.size(), defaults))
+                .alike;
+  });
+  return alike;
 }
 
-// Lags relative to the truth (if any) and to `reference`.
+// Lags relative to the truth and to `reference`, if there are any.
 void AddLags(const Comparison& comparison, const TrackSequence& reference,
              StrategyScores* scores) {
   if (!scores->refused.empty()) return;
   const TrackSequence& tracks = scores->run.alike;
   const std::vector<FrameRange> frames = comparison.scored_frames();
-  scores->lag_to_batch_s =
-      EstimateLag(reference, tracks, comparison.rate_hz(), frames);
+  if (!reference.frames.empty()) {
+    scores->lag_to_batch_s =
+        EstimateLag(reference, tracks, comparison.rate_hz(), frames);
+  }
   if (!comparison.truth.has_value()) return;
   scores->lag_to_truth_s =
       EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), frames);
 }
-
-}  // namespace
 
 BalanceBasis MakeBalanceBasis(const Comparison& comparison) {
   const Strategy raw = ChooseStrategies({"raw_dlt"}).front();
@@ -590,6 +603,8 @@ BalanceBasis MakeBalanceBasis(const Comparison& comparison) {
   return basis;
 }
 
+}  // namespace
+
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const std::string& what,
@@ -610,7 +625,7 @@ std::vector<StrategyScores> ScoreStrategies(
     std::vector<HeldOutScores> parts(views * folds);
     std::vector<SmoothingSpectra> spectra(
         views, SmoothingSpectra(comparison.rate_hz()));
-    try {
+    scores.refused = RefusalOf([&] {
       ParallelFor(comparison.threads, static_cast<int>(pieces), [&](int i) {
         const auto piece = static_cast<size_t>(i);
         if (piece == 0) {
@@ -621,13 +636,8 @@ std::vector<StrategyScores> ScoreStrategies(
         }
         progress.Advance();
       });
-    } catch (const InputError& error) {
-      scores.refused = error.what();
-      continue;
-    } catch (const OptionError& error) {
-      scores.refused = error.what();
-      continue;
-    }
+    });
+    if (!scores.refused.empty()) continue;
     HeldOutScores held_out;
     for (const HeldOutScores& part : parts) {
       const size_t before = held_out.people.size();

@@ -15,7 +15,6 @@
 #include "core/base/constants.h"
 #include "core/evaluation/derivatives.h"
 #include "core/evaluation/held_out.h"
-#include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/pcp.h"
 #include "core/evaluation/smoothing_balance.h"
@@ -71,20 +70,14 @@ struct StrategyScores {
   StrategyRun run;
 };
 
-// Input of the smoothing balance, common to all strategies.
-struct BalanceBasis {
-  std::vector<std::vector<JointTraces>> detected, raw;  // [fold][view]
-  JointTraces truth;          // relabelled to the tracks' identities and joints
-  JointTraces triangulation;  // with all cameras
-};
-BalanceBasis MakeBalanceBasis(const Comparison& comparison);
+struct BalanceBasis;  // input of the smoothing balance (scores.cc)
 
 // Runs and scores the strategies one after another, each on all threads of the
 // comparison. Lags are not filled in here but by Score(). Results do not depend
 // on the number of threads. `what` labels the progress.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const std::vector<FoldValues>& values, const std::string& what = "scoring",
+    const std::vector<FoldValues>& values, const std::string& what,
     const BalanceBasis* balance = nullptr);
 
 // Fills in held_out_common and its median, by which strategies with different
@@ -154,8 +147,9 @@ struct CompareResult {
 };
 
 // Runs and scores the strategies with their values. Lags are measured relative
-// to the truth (if any) and to the batch, which is run even if not requested.
-// Throws InputError if the baseline cannot be run.
+// to the truth (if any) and to the batch, which is run even if not requested;
+// if it cannot be run, there is no lag to it. Throws InputError if the baseline
+// cannot be run.
 void Score(CompareResult* result);
 
 // Fills in the measures and the lag sweep from the scores. Called by Score.

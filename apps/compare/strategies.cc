@@ -72,15 +72,6 @@ std::vector<Strategy> ByRules() {
   return strategies;
 }
 
-void Apply(const Strategy& strategy, const StrategyValues& values,
-           double rate_hz, EstimatorOptions* options) {
-  CHECK_EQ(values.size(), strategy.parameters.size()) << strategy.name;
-  if (strategy.fix) strategy.fix(rate_hz, options);
-  for (size_t i = 0; i < values.size(); ++i) {
-    strategy.parameters[i].set(values[i], options);
-  }
-}
-
 }  // namespace
 
 const std::vector<Strategy>& AllStrategies() {
@@ -159,7 +150,11 @@ StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,
 EstimatorOptions OptionsOfStrategy(const Strategy& strategy,
                                    const StrategyValues& values, double rate_hz,
                                    EstimatorOptions options) {
-  Apply(strategy, values, rate_hz, &options);
+  CHECK_EQ(values.size(), strategy.parameters.size()) << strategy.name;
+  if (strategy.fix) strategy.fix(rate_hz, &options);
+  for (size_t i = 0; i < values.size(); ++i) {
+    strategy.parameters[i].set(values[i], &options);
+  }
   options.mode = Mode::kGraph;
   options.output = strategy.kind;
   return options;
@@ -167,16 +162,15 @@ EstimatorOptions OptionsOfStrategy(const Strategy& strategy,
 
 EstimatorFactory MakeStrategy(const Strategy& strategy,
                               const StrategyValues& values, double rate_hz,
-                              EstimatorOptions options) {
-  Apply(strategy, values, rate_hz, &options);
-  return MakeOutput(strategy.kind, options);
+                              const EstimatorOptions& options) {
+  return MakeOutput(strategy.kind,
+                    OptionsOfStrategy(strategy, values, rate_hz, options));
 }
 
 bool IsCausalStrategy(const Strategy& strategy, const StrategyValues& values,
                       double rate_hz, const EstimatorOptions& options) {
-  EstimatorOptions own = options;
-  Apply(strategy, values, rate_hz, &own);
-  return IsCausal(strategy.kind, own);
+  return IsCausal(strategy.kind,
+                  OptionsOfStrategy(strategy, values, rate_hz, options));
 }
 
 std::vector<StrategyValues> GridOf(const Strategy& strategy) {

@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/frame_range.h"
-#include "core/base/options.h"
 #include "core/tracking/estimator.h"
 #include "solvers/smoothers.h"
 
@@ -58,7 +56,7 @@ EstimatorOptions OptionsOfStrategy(const Strategy& strategy,
                                    EstimatorOptions options);
 EstimatorFactory MakeStrategy(const Strategy& strategy,
                               const StrategyValues& values, double rate_hz,
-                              EstimatorOptions options);
+                              const EstimatorOptions& options);
 // Whether a pose depends only on frames up to its own.
 bool IsCausalStrategy(const Strategy& strategy, const StrategyValues& values,
                       double rate_hz, const EstimatorOptions& options);

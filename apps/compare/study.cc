@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -32,25 +33,18 @@ Comparison ComparisonOf(FrozenRecording recording,
   const auto prepared =
       PrepareRecording(recording.run, recording.options,
                        recording.run.detections, request.threads);
-  const FrameRange all = {recording.run.first_frame,
-                          recording.run.tracks.frames.back().frame + 1};
+  const FrameRange all = AllFrames(recording.run);
   return MakeComparison(recording.cameras, std::move(recording.options),
                         std::move(recording.run), {{all, prepared}},
                         std::nullopt, request.threads);
 }
 
 // Adds the recording's name to errors.
-template <typename Work>
-void ForRecording(const RecordingInput& input, const Work& work) {
-  try {
-    work();
-  } catch (const InputError& error) {
-    throw InputError("recording '" + Printable(input.name) +
-                     "': " + error.what());
-  } catch (const OptionError& error) {
-    throw InputError("recording '" + Printable(input.name) +
-                     "': " + error.what());
-  }
+void ForRecording(const RecordingInput& input,
+                  const std::function<void()>& work) {
+  const std::string refusal = RefusalOf(work);
+  if (refusal.empty()) return;
+  throw InputError("recording '" + Printable(input.name) + "': " + refusal);
 }
 
 void AddErrors(const Comparison& comparison, const Strategy& strategy,
@@ -247,11 +241,6 @@ BatchSummary DifferenceOf(const Study& study, std::optional<size_t> strategy) {
   return Summarise(column);
 }
 
-std::string Cell(const BatchSummary& summary) {
-  if (summary.recordings == 0) return "-";
-  return WithInterval(summary.mean, summary.interval, 2);
-}
-
 // "better on 3, no significant difference on 1, worse on 0 of 4 recordings"
 std::string Counts(const StudyVerdict& verdict) {
   return fmt::format(
@@ -276,7 +265,7 @@ std::string VerdictSentences(const Study& study) {
       verdict.like_all, verdict.recordings);
   const BatchSummary difference = DifferenceOf(study, std::nullopt);
   if (difference.recordings > 0) {
-    text += " Mean difference " + Cell(difference) +
+    text += " Mean difference " + SummaryCell(difference, 2) +
             " px (95 % interval; bootstrap over recordings and frames).";
   }
   return text;
@@ -295,8 +284,8 @@ Table StrategyTable(const Study& study) {
     }
     const bool is_baseline = s == study.baseline_idx;
     table.AddRow({study.strategies[s].title,
-                  Cell(Summarise(StudyMeans(study, s))),
-                  is_baseline ? "-" : Cell(DifferenceOf(study, s)),
+                  SummaryCell(Summarise(StudyMeans(study, s)), 2),
+                  is_baseline ? "-" : SummaryCell(DifferenceOf(study, s), 2),
                   is_baseline ? "-"
                               : fmt::format("{} / {} / {}", counts.better,
                                             counts.same, counts.worse)});

@@ -60,7 +60,7 @@ void ScorePiece(const Comparison& comparison, const Strategy& strategy,
                 const StrategyValues& values, GridPiece* piece) {
   const int64_t start_ns = ThreadCpuNs();
   piece->errors.resize(comparison.folds.size());
-  try {
+  const std::string refusal = RefusalOf([&] {
     const auto& recording = comparison.folds[piece->recording].recording;
     const TrackSequence tracks =
         RunWithout(comparison, strategy, values, *recording, piece->view);
@@ -72,11 +72,8 @@ void ScorePiece(const Comparison& comparison, const Strategy& strategy,
         Add(unit, &piece->errors[f]);
       }
     }
-  } catch (const InputError&) {
-    piece->refused = true;
-  } catch (const OptionError&) {
-    piece->refused = true;
-  }
+  });
+  piece->refused = !refusal.empty();
   piece->cpu_s = 1e-9 * static_cast<double>(ThreadCpuNs() - start_ns);
 }
 

@@ -70,10 +70,10 @@ const StrategyResult* BestStrategy(const CompareResult& result) {
   const StrategyResult* best = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (const StrategyResult* one : result.Ran()) {
-    const Measure* mean = one->Find(kHeldOut);
-    if (mean == nullptr || !(mean->value < least)) continue;
+    const double mean = one->Find(kHeldOut)->value;
+    if (!(mean < least)) continue;
     best = one;
-    least = mean->value;
+    least = mean;
   }
   return best;
 }
@@ -128,8 +128,7 @@ std::string VerdictText(const CompareResult& result) {
   }
   Cells close;
   for (const StrategyResult* one : result.Ran()) {
-    const Measure* other = one->Find(kHeldOut);
-    if (one == best || other == nullptr || !Overlap(mean, *other)) continue;
+    if (one == best || !Overlap(mean, *one->Find(kHeldOut))) continue;
     close.push_back(one->strategy.title);
   }
   if (!close.empty()) {
@@ -144,10 +143,9 @@ std::string RecommendedToml(const CompareResult& result) {
   const StrategyResult* best = BestStrategy(result);
   if (best == nullptr) return "";
   RunOptions wanted = result.comparison.options;
-  wanted.estimators = OptionsOfStrategy(
-      best->strategy,
-      best->values.empty() ? StrategyValues() : best->values.front(),
-      result.comparison.rate_hz(), wanted.estimators);
+  wanted.estimators =
+      OptionsOfStrategy(best->strategy, best->values.front(),
+                        result.comparison.rate_hz(), wanted.estimators);
   std::string text = fmt::format(
       "# Made by `kinegraph compare`: the configuration it was given, with the "
       "best\n# strategy. {}: mean held-out error {}, {}.\n",

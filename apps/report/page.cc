@@ -105,13 +105,9 @@ namespace {
 
 // The value of a dotted key such as "cameras.refine"; null if absent.
 Json ValueOf(const Json& config, const std::string& dotted) {
-  const Json* value = &config;
-  for (const std::string& key : Split(dotted, '.')) {
-    const auto inner = value->is_object() ? value->find(key) : value->end();
-    if (inner == value->end()) return Json();
-    value = &*inner;
-  }
-  return *value;
+  Json::json_pointer place;
+  for (const std::string& key : Split(dotted, '.')) place /= key;
+  return config.contains(place) ? config.at(place) : Json();
 }
 
 // Whether the configuration already has every key=value of a fix that is a
@@ -146,11 +142,11 @@ bool IsRefined(const std::string& kind, const Json& config) {
     return ValueOf(config, "cameras.refine_clock") == true;
   }
   const Json refine = ValueOf(config, "cameras.refine");
-  if (!refine.is_string() || refine == "off") return false;
-  const bool pose = refine == "pose" || refine == "pose_focal";
-  return (kind == "shift" && (pose || refine == "shift")) ||
-         (kind == "rotation" && (pose || refine == "rotation")) ||
-         (kind == "focal_length" && refine == "pose_focal");
+  // Poses do not include the principal point.
+  if (kind == "shift") return refine == "shift";
+  if (kind == "focal_length") return refine == "pose_focal";
+  return kind == "rotation" &&
+         (refine == "rotation" || refine == "pose" || refine == "pose_focal");
 }
 
 }  // namespace

@@ -112,14 +112,9 @@ Moment WorstView(const TrackFrame& frame, const PersonPose& person, TimeNs time,
   return worst;
 }
 
-// Number of bytes in the members that hold encoded arrays.
-size_t TextBytes(const Json& json, const std::vector<std::string>& keys) {
-  size_t bytes = 0;
-  for (const std::string& key : keys) {
-    const auto at = json.find(key);
-    if (at != json.end()) bytes += at->get_ref<const std::string&>().size();
-  }
-  return bytes;
+// The length of an encoded array.
+size_t TextBytes(const Json& text) {
+  return text.get_ref<const std::string&>().size();
 }
 
 // The final identity, after edit `index` and all later ones, of the person
@@ -421,9 +416,7 @@ void PageMaker::AddAngles(const TrackSequence& tracks, Json* json) {
   for (const auto& [name, list] : lists) {
     angles[name] = list;
     if (name == "values") continue;
-    for (const Json& text : list) {
-      data_.covariance_bytes += text.get_ref<const std::string&>().size();
-    }
+    for (const Json& text : list) data_.covariance_bytes += TextBytes(text);
   }
   (*json)["angles"] = angles;
 }
@@ -480,7 +473,7 @@ Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
     if (at == index_.end()) continue;
     json["at"].push_back(at->second);
     json["base64"].push_back(Base64(bytes));
-    data_.picture_bytes += json["base64"].back().get_ref<std::string&>().size();
+    data_.picture_bytes += TextBytes(json["base64"].back());
   }
   return json;
 }
@@ -503,7 +496,7 @@ Json PageMaker::VideoJson(const PageVideo& video) {
     return json;
   }
   json["data"] = Base64(video.bytes);
-  data_.picture_bytes += json["data"].get_ref<std::string&>().size();
+  data_.picture_bytes += TextBytes(json["data"]);
   return json;
 }
 
@@ -571,17 +564,17 @@ PageData PageMaker::Make() {
                {"assumedRate", assumed_rate_ ? kFallbackRateHz : 0.0},
                {"frameStride", data_.frame_stride},
                {"extrasStride", data_.extras_stride},
-               {"cameras", Json::array()},
+               {"cameras", CamerasJson()},
                {"results", Json::array()}};
-  page["cameras"] = CamerasJson();
   colours_.reserve(input_.results.size());
   for (size_t r = 0; r < input_.results.size(); ++r) {
     page["results"].push_back(ResultJson(r));
   }
   if (input_.detections.has_value()) {
     page["detections"] = DetectionsJson();
-    data_.detection_bytes +=
-        TextBytes(page["detections"], {"counts", "xy", "confidence"});
+    for (const char* key : {"counts", "xy", "confidence"}) {
+      data_.detection_bytes += TextBytes(page["detections"][key]);
+    }
   }
   page["moments"] = moments_;
   if (!input_.doctor_json.empty()) {

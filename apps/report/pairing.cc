@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <tuple>
 
 #include "core/evaluation/correspondence.h"
@@ -30,6 +29,33 @@ int PositionOf(const ViewDetections& seen, int index_in_file) {
     }
   }
   return -1;
+}
+
+// For each person of `tracks`, the number of frames in which each identity of
+// `lead` is nearest.
+std::map<TrackId, std::map<TrackId, int>> Votes(const TrackSequence& tracks,
+                                                const TrackSequence& lead) {
+  constexpr double kGateM = 0.5;  // two people are rarely closer together
+  std::map<TrackId, std::map<TrackId, int>> votes;
+  for (const TrackFrame& frame : tracks.frames) {
+    const TrackFrame* at = FindFrame(lead, frame.frame);
+    if (at == nullptr) continue;
+    for (const PersonPose& person : frame.people) {
+      const auto here = MeanPosition(person.joints);
+      double nearest = kGateM;
+      std::optional<TrackId> same;
+      for (const PersonPose& other : at->people) {
+        const auto there = MeanPosition(other.joints);
+        if (!here.has_value() || !there.has_value()) continue;
+        const double distance = (*here - *there).norm();
+        if (distance >= nearest) continue;
+        nearest = distance;
+        same = other.id;
+      }
+      if (same.has_value()) ++votes[person.id][*same];
+    }
+  }
+  return votes;
 }
 
 }  // namespace
@@ -149,31 +175,6 @@ Colours::Colours(const TrackSequence& tracks, const TrackSequence* lead,
                                : lead_colours->colour_.at(best->first);
     }
   }
-}
-
-std::map<TrackId, std::map<TrackId, int>> Colours::Votes(
-    const TrackSequence& tracks, const TrackSequence& lead) {
-  constexpr double kGateM = 0.5;  // two people are rarely closer together
-  std::map<TrackId, std::map<TrackId, int>> votes;
-  for (const TrackFrame& frame : tracks.frames) {
-    const TrackFrame* at = FindFrame(lead, frame.frame);
-    if (at == nullptr) continue;
-    for (const PersonPose& person : frame.people) {
-      const auto here = MeanPosition(person.joints);
-      double nearest = kGateM;
-      std::optional<TrackId> same;
-      for (const PersonPose& other : at->people) {
-        const auto there = MeanPosition(other.joints);
-        if (!here.has_value() || !there.has_value()) continue;
-        const double distance = (*here - *there).norm();
-        if (distance >= nearest) continue;
-        nearest = distance;
-        same = other.id;
-      }
-      if (same.has_value()) ++votes[person.id][*same];
-    }
-  }
-  return votes;
 }
 
 }  // namespace kinegraph

@@ -16,8 +16,8 @@ namespace kinegraph {
 // The detection of one person in one view.
 struct ViewPair {
   int detection = -1;  // position in the view's list; -1: none
-  std::optional<double>
-      residual_px;  // mean over found joints that are not rejected
+  // Mean over found joints that are not rejected.
+  std::optional<double> residual_px = {};
 };
 
 // Pairs the people of a frame with its detections: by the matches in the tracks
@@ -59,15 +59,8 @@ class Colours {
 
   const std::vector<TrackId>& ids() const { return ids_; }
   int ColourOf(TrackId id) const { return colour_.at(id); }
-  std::optional<int> Find(TrackId id) const {
-    const auto at = colour_.find(id);
-    return at == colour_.end() ? std::nullopt : std::optional<int>(at->second);
-  }
 
  private:
-  static std::map<TrackId, std::map<TrackId, int>> Votes(
-      const TrackSequence& tracks, const TrackSequence& lead);
-
   std::vector<TrackId> ids_;  // in order of first appearance
   std::map<TrackId, int> colour_;
 };

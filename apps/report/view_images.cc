@@ -2,16 +2,19 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/evaluation/correspondence.h"
+#include "core/base/text.h"
 #include "core/io/detections/video_times.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
+
+size_t Base64Size(size_t bytes) { return (bytes + 2) / 3 * 4; }
 
 int64_t FirstFrame(const PageInput& input) {
   const auto& frames = input.results.front().tracks.frames;
@@ -81,15 +84,11 @@ ViewImages::Video ReadVideo(std::string path, const PageInput& input) {
 
 // Whether the extension is that of a video format that browsers cannot play.
 bool IsForeignVideo(const std::string& path) {
-  std::string ending;
-  for (const char c : path.substr(std::min(path.rfind('.'), path.size()))) {
-    ending += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
-  for (const char* known : {".avi", ".mpg", ".mpeg", ".wmv", ".mts", ".m2ts",
-                            ".ts", ".flv", ".3gp"}) {
-    if (ending == known) return true;
-  }
-  return false;
+  constexpr const char* kForeign[] = {".avi",  ".mpg", ".mpeg", ".wmv", ".mts",
+                                      ".m2ts", ".ts",  ".flv",  ".3gp"};
+  return std::any_of(
+      std::begin(kForeign), std::end(kForeign),
+      [&path](const char* end) { return EndsInAnyCase(path, end); });
 }
 
 void CheckPattern(const std::string& pattern, int64_t first) {
@@ -132,10 +131,9 @@ ViewImages ReadViewImages(const std::string& images, const PageInput& input) {
   ViewImages read;
   read.patterns.resize(views.size());
   read.videos.resize(views.size());
-  std::string rest = images;
-  while (!rest.empty()) {
-    const std::string part = rest.substr(0, rest.find(';'));
-    rest = part.size() < rest.size() ? rest.substr(part.size() + 1) : "";
+  std::vector<std::string> parts = Split(images, ';');
+  if (parts.back().empty()) parts.pop_back();  // a last semicolon
+  for (const std::string& part : parts) {
     const size_t equals = part.find('=');
     const std::string view = part.substr(0, equals);
     if (equals == std::string::npos) {
@@ -197,7 +195,7 @@ size_t AddVideos(const ViewImages& images, const std::string& page_path,
                        "the flag, or make the video smaller: ffmpeg -i IN -vf "
                        "scale=480:-2 -crf 30 OUT.mp4");
     }
-    bytes += (shown.bytes.size() + 2) / 3 * 4;
+    bytes += Base64Size(shown.bytes.size());
   }
   return bytes;
 }
@@ -225,8 +223,6 @@ std::string PicturePath(const std::string& pattern, int64_t frame) {
 }
 
 namespace {
-
-size_t Base64Size(size_t bytes) { return (bytes + 2) / 3 * 4; }
 
 std::string ReadPicture(const std::string& path) {
   constexpr size_t kMaxBytes = size_t{200} << 20;
@@ -259,6 +255,7 @@ EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
   const size_t stride = std::min(
       frames.size(), std::max<size_t>(1, (all + max_bytes - 1) / max_bytes));
   embedded.stride = static_cast<int>(stride);
+  size_t taken = 0;
   for (size_t f = 0; f < frames.size(); f += stride) {
     const int64_t number = frames[f].frame;
     for (size_t view = 0; view < patterns.size(); ++view) {
@@ -266,8 +263,8 @@ EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
       const std::string path = PicturePath(patterns[view], number);
       if (!IsFile(path)) continue;
       std::string bytes = ReadPicture(path);
-      if (embedded.bytes + Base64Size(bytes.size()) > max_bytes) continue;
-      embedded.bytes += Base64Size(bytes.size());
+      if (taken + Base64Size(bytes.size()) > max_bytes) continue;
+      taken += Base64Size(bytes.size());
       ++embedded.count;
       input->pictures[view][number] = std::move(bytes);
     }

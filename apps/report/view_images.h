@@ -51,7 +51,6 @@ std::string PicturePath(const std::string& pattern, int64_t frame);
 struct EmbeddedPictures {
   int stride = 1;  // 2: images of every second frame
   size_t count = 0;
-  size_t bytes = 0;  // of text in the page
 };
 
 // Embeds the images of `patterns` (one per camera, empty: none) for the frames

@@ -7,7 +7,6 @@ string(REGEX REPLACE "^(#[^\n]*\n)+" "" tasks "${tasks}")
 separate_arguments(PROGRAMS)
 file(MAKE_DIRECTORY ${OUT})
 set(bash_cases "")
-set(zsh_cases "")
 set(names "")
 
 foreach(program ${PROGRAMS})
@@ -54,12 +53,12 @@ ${body}
   endif()
   string(REPLACE ";" " " flags "${flags}")
   string(APPEND bash_cases "    ${command}) flags='${flags}' ;;\n")
-  string(APPEND names " ${command}")
+  list(APPEND names ${command})
 endforeach()
 
-string(STRIP "${names}" names)
-set(COMMANDS "${tasks}")
-set(NAMES "${names}")
+list(TRANSFORM names PREPEND kinegraph- OUTPUT_VARIABLE programs)
+list(JOIN programs " " programs)
+list(JOIN names " " names)
 configure_file(${CMAKE_CURRENT_LIST_DIR}/kinegraph.sh.in ${OUT}/kinegraph @ONLY
   FILE_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE
     WORLD_READ WORLD_EXECUTE)
@@ -86,14 +85,8 @@ _kinegraph() {
     COMPREPLY=(\$(compgen -f -- \"\$word\"))
   fi
 }
-complete -o default -F _kinegraph kinegraph")
-foreach(command ${names})
-endforeach()
-string(REPLACE " " ";" list "${names}")
-foreach(command ${list})
-  file(APPEND ${OUT}/kinegraph.bash " kinegraph-${command}")
-endforeach()
-file(APPEND ${OUT}/kinegraph.bash "\n")
+complete -o default -F _kinegraph kinegraph ${programs}
+")
 file(WRITE ${OUT}/_kinegraph "#compdef kinegraph
 autoload -U +X bashcompinit && bashcompinit
 source /usr/share/bash-completion/completions/kinegraph

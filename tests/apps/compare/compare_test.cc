@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -168,6 +169,19 @@ TEST(Compare, RefusesStrategiesThatDoNotFitTheRecording) {
   Score(&result);
   EXPECT_FALSE(result.strategies[1].scores.refused.empty());
   EXPECT_THAT(CompareMarkdown(result, {}), HasSubstr("cannot be run here"));
+}
+
+// The batch, to which lags are relative, refuses these options.
+TEST(Compare, FiltersAreScoredWithoutTheBatch) {
+  CompareResult result =
+      Compare(MakeNoisyRecording(), "raw_dlt,butterworth,batch");
+  result.comparison.options.estimators.graph.stages.clear();
+  Score(&result);
+  EXPECT_FALSE(result.strategies[2].ran());
+  const StrategyResult& filter = result.strategies[1];
+  EXPECT_GT(filter.Find("held_out_mean_px")->value, 0.0);
+  EXPECT_TRUE(std::isnan(filter.Find("lag_to_batch_ms")->value));
+  EXPECT_FALSE(std::isnan(filter.Find("lag_to_truth_ms")->value));
 }
 
 // ---- Tuning
@@ -472,11 +486,7 @@ std::vector<std::map<std::string, std::string>> RowsOfCsv(
   std::vector<std::vector<std::string>> cells;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    std::istringstream parts(line + ",");
-    cells.emplace_back();
-    for (std::string part; std::getline(parts, part, ',');) {
-      cells.back().push_back(part);
-    }
+    cells.push_back(Split(line, ','));
   }
   std::vector<std::map<std::string, std::string>> rows;
   for (size_t i = 1; i < cells.size(); ++i) {

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/base/error.h"
 #include "core/io/configuration/config.h"
 #include "core/io/text/json.h"
 #include "tests/apps/command.h"

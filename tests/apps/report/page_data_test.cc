@@ -130,6 +130,7 @@ TEST(PageData, FindingsCorrectedByTheConfigurationAreLeftOut) {
         finding("view_rate", "--set=input.view_frame_rate.a=50"),
         finding("sides", "'--set=detections.exchange_sides=[\"a\",\"b\"]'"),
         finding("rotation", "--cameras=doctor/cameras.json"),
+        finding("shift", "--cameras=doctor/cameras.json"),
         finding("unit", "--set=cameras.unit=mm")}}};
   const auto left = [&](const char* config) {
     PageInput input = InputOf(Walk(3, 1, 25.0));
@@ -142,13 +143,15 @@ TEST(PageData, FindingsCorrectedByTheConfigurationAreLeftOut) {
     }
     return kinds;
   };
-  EXPECT_EQ(left("{}"), "clock_offset view_rate sides rotation unit ");
+  EXPECT_EQ(left("{}"), "clock_offset view_rate sides rotation shift unit ");
   EXPECT_EQ(left(R"({"cameras": {"refine_clock": true, "unit": "mm"}})"),
-            "view_rate sides rotation ");
+            "view_rate sides rotation shift ");
   EXPECT_EQ(left(R"({"cameras": {"refine": "pose"}, "input":
                      {"view_frame_rate": {"a": "50"}}, "detections":
                      {"exchange_sides": ["a", "b"]}})"),
-            "clock_offset unit ");
+            "clock_offset shift unit ");
+  EXPECT_EQ(left(R"({"cameras": {"refine": "shift"}})"),
+            "clock_offset view_rate sides rotation unit ");
 }
 
 TEST(PageData, JointsDecodeWithinHalfAQuantum) {
