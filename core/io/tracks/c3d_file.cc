@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <string_view>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/data/limits.h"
-#include "core/io/files/text_file.h"
 #include "core/io/tracks/shared.h"
 
 namespace kinegraph {
@@ -294,8 +293,8 @@ class C3dRange {
   int64_t at_least_ = 0;  // lower bound of the count, if a word is full
 };
 
-C3dFile::C3dFile(const std::string& path)
-    : bytes_(ReadBytes(path)), values_(bytes_, OpenParameters()) {
+C3dFile::C3dFile(std::string content)
+    : bytes_(std::move(content)), values_(bytes_, OpenParameters()) {
   rate_hz_ = values_.NumberOrZero("POINT:RATE");
   if (!IsRate(rate_hz_)) rate_hz_ = bytes_.Float(20);
   unit_m_ = MetresOf(values_.Texts("POINT:UNITS"));

@@ -130,9 +130,9 @@ class C3dRange;  // what the file specifies about its range of frames
 
 class C3dFile {
  public:
-  // Throws InputError, which does not name the file, if it cannot be read, is
+  // Throws InputError, which does not name the file, if it is not C3D, is
   // truncated or contradicts itself about its length.
-  explicit C3dFile(const std::string& path);
+  explicit C3dFile(std::string content);
   C3dFile(const C3dFile&) = delete;
   C3dFile& operator=(const C3dFile&) = delete;
 
