@@ -85,10 +85,6 @@ void Scale(double factor, TrackSequence* tracks) {
   }
 }
 
-}  // namespace
-
-namespace {
-
 // Builds an entry of TrackFormats(); properties that a format lacks keep their
 // defaults.
 struct Row : TrackFormat {

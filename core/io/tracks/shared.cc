@@ -85,21 +85,6 @@ JointStatus ParseJointStatus(std::string_view text) {
          Printable(std::string(text)));
 }
 
-void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
-                  double inferred, Pose3d* pose) {
-  std::vector<double> numbers(4 * pose->size());
-  AsNumbers(Required(object, key), key, numbers.size(), numbers.data());
-  for (size_t j = 0; j < pose->size(); ++j) {
-    const double* of_joint = &numbers[4 * j];
-    if (!(of_joint[3] > 0.0)) continue;
-    Joint3d& joint = (*pose)[j];
-    joint = ObservedJoint(unit_m * Eigen::Vector3d(of_joint));
-    if (joint.present() && of_joint[3] <= inferred) {
-      joint.status = JointStatus::kInferred;
-    }
-  }
-}
-
 TrackCollector::TrackCollector(const std::string& mode,
                                const Skeleton& skeleton,
                                const TrackReadOptions& options,
