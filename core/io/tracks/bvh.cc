@@ -407,8 +407,7 @@ class BvhWriter {
       lost_fields->push_back(fmt::format(
           "with {} people and {} frames, files would mostly consist of "
           "repeated poses: each file begins and ends with its person "
-          "(--person=N writes "
-          "all frames for one person)",
+          "(--person=N writes all frames for one person)",
           spans_.size(), rows_.size()));
     }
     const double rms_m =

@@ -281,7 +281,6 @@ class CsvWriter {
 // 0, the person's id is 0.
 
 constexpr const char* kFreeMoCap = "freemocap";
-constexpr std::string_view kNumpyMagic = "\x93NUMPY";
 
 void AddRow(int64_t frame, const double* numbers, TrackCollector* collector) {
   Pose3d joints(collector->joint_count());
@@ -353,7 +352,7 @@ TrackSequence ReadArray(const std::string& path,
 // Whether the file is an array of the shape [frames, points, 3].
 bool IsArrayOfPoints(const std::string& beginning) {
   const size_t shape = beginning.find("'shape': (");
-  if (beginning.compare(0, kNumpyMagic.size(), kNumpyMagic) != 0 ||
+  if (beginning.compare(0, kNpyMagic.size(), kNpyMagic) != 0 ||
       shape == std::string::npos) {
     return false;
   }
@@ -458,7 +457,7 @@ bool RecogniseFreeMoCapTracks(const TrackHead& head) {
 
 TrackSequence ReadFreeMoCapTracks(const std::string& path,
                                   const TrackReadOptions& options) {
-  if (BeginningOf(path, kNumpyMagic.size()) == kNumpyMagic) {
+  if (BeginningOf(path, kNpyMagic.size()) == kNpyMagic) {
     return ReadArray(path, options);
   }
   return ReadText<CsvRows>(
