@@ -279,7 +279,7 @@ class C3dRange {
   // Reads a frame number: two words, or one number of another type.
   int64_t FrameNumber(const std::string& name) const {
     const double low = values_.NumberOrZero(name);
-    const double high = values_.Number(name, 1).value_or(0.0);
+    const double high = values_.NumberOrZero(name, 1);
     if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 && high < kWords)) {
       throw InputError(name + ": expected the number of a frame");
     }
@@ -419,7 +419,7 @@ double C3dFile::Analog(int64_t frame, size_t sample, size_t channel) const {
     return is_unsigned || word < kWords / 2 ? word : word - kWords;
   };
   const double raw = is_float_ ? bytes_.Float(at) : whole(bytes_.Word(at));
-  const double offset = values_.Number("ANALOG:OFFSET", channel).value_or(0.0);
+  const double offset = values_.NumberOrZero("ANALOG:OFFSET", channel);
   return (raw - whole(offset)) *
          values_.Number("ANALOG:SCALE", channel).value_or(1.0) *
          values_.Number("ANALOG:GEN_SCALE").value_or(1.0);

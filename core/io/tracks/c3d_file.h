@@ -82,8 +82,8 @@ class C3dValues {
   // The value at `index`, nullopt if absent. Throws InputError for a text.
   std::optional<double> Number(const std::string& name, size_t index = 0) const;
   // 0 if absent.
-  double NumberOrZero(const std::string& name) const {
-    return Number(name).value_or(0.0);
+  double NumberOrZero(const std::string& name, size_t index = 0) const {
+    return Number(name, index).value_or(0.0);
   }
   // Length of a row, which is the fastest dimension; 0 if absent.
   size_t RowLength(const std::string& name) const;

@@ -389,11 +389,10 @@ void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields) {
 std::string WholeLetters(const std::string& text, size_t max_bytes) {
   if (text.size() <= max_bytes) return text;
   size_t end = 0;
-  while (true) {
-    const size_t next = end + LetterAt(text, end).size;
-    if (next > max_bytes) return text.substr(0, end);
+  for (size_t next = 0; next <= max_bytes; next += LetterAt(text, next).size) {
     end = next;
   }
+  return text.substr(0, end);
 }
 
 }  // namespace kinegraph

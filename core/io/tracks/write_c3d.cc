@@ -179,7 +179,7 @@ int CameraMask(const PersonPose& person, size_t joint_idx) {
   return mask;
 }
 
-// Everything before the points.
+// The parts of a file.
 class C3dRecording {
  public:
   C3dRecording(const TrackSequence& tracks, const TrackExportOptions& options)
