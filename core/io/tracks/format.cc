@@ -124,12 +124,11 @@ struct Row : TrackFormat {
     return *this;
   }
   Row& FileAPerson(const char* extension) {
-    files = Files::kFileAPerson;
     person_extension = extension;
     return *this;
   }
   Row& FileAFrame() {
-    files = Files::kFileAFrame;
+    is_file_a_frame = true;
     return *this;
   }
   // The format also recognises files that are not tracks.

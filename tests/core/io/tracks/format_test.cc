@@ -38,9 +38,6 @@ TEST(TrackFormats, NamesAndExtensionsAreUnique) {
       EXPECT_EQ(TrackFormatOfExtension("a/b" + extension), &format);
       EXPECT_THAT(TrackExtensions(), HasSubstr(extension));
     }
-    if (format.files == TrackFormat::Files::kFileAPerson) {
-      EXPECT_FALSE(format.person_extension.empty()) << format.name;
-    }
   }
   EXPECT_EQ(FindTrackFormat("auto"), nullptr);
   EXPECT_EQ(TrackFormatOfExtension("csv"), nullptr);
