@@ -9,9 +9,11 @@
 
 #include "core/base/error.h"
 #include "core/data/limits.h"
+#include "core/io/conversion.h"
 #include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/writer.h"
+#include "tests/core/io/input_error.h"
 #include "tests/core/io/tracks/recordings.h"
 #include "tests/support/opensim_trc.h"
 #include "tests/support/rig.h"
@@ -56,6 +58,11 @@ TEST(TrackFormats, ExtensionsMayBeCapitals) {
   }
   EXPECT_EQ(RecogniseKind(path), FileKind::kTracks);
   EXPECT_EQ(ReadTracks(path).frames.size(), tracks.frames.size());
+  ConversionOptions conversion;
+  conversion.in = path;
+  conversion.out = folder.path() / "TAKE.TRC";
+  EXPECT_THAT(testing::InputErrorOf([&] { Convert(conversion); }),
+              HasSubstr("choose one with --person"));
 }
 
 // Recognition does not depend on the order of the registry.
