@@ -77,16 +77,14 @@ size_t ColumnOf(const std::string& title,
 
 class CsvTrackReader {
  public:
-  CsvTrackReader(std::string_view text, const TrackReadOptions& options)
-      : text_(text), options_(options), rows_(text) {}
+  explicit CsvTrackReader(std::string_view text) : text_(text), rows_(text) {}
 
   std::string Place() const { return rows_.Place(); }
 
-  TrackSequence Read() {
+  TrackSequence Read(const TrackReadOptions& options) {
     const std::vector<std::string> labels = JointNames();
     for (size_t j = 0; j < labels.size(); ++j) place_.emplace(labels[j], j);
-    TrackCollector collector("csv", SkeletonOfNames(labels, options_),
-                             options_);
+    TrackCollector collector("csv", SkeletonOfNames(labels, options), options);
     ForEachRow([&](const std::vector<std::string>& cells) {
       ReadRow(cells, &collector);
     });
@@ -191,7 +189,6 @@ class CsvTrackReader {
   }
 
   const std::string_view text_;
-  const TrackReadOptions& options_;
   CsvRows rows_;
   std::array<std::optional<size_t>, kColumns.size()> column_;
   std::unordered_map<std::string, size_t> place_;  // of labels
@@ -409,10 +406,8 @@ bool RecogniseCsvTracks(const TrackHead& head) {
 
 TrackSequence ReadCsvTracks(const std::string& path,
                             const TrackReadOptions& options) {
-  const std::string text = ReadTextFile(path);
-  CsvTrackReader reader(text, options);
-  return Located(
-      path, [&] { return reader.Place(); }, [&] { return reader.Read(); });
+  return ReadText<CsvTrackReader>(
+      path, [&](CsvTrackReader* reader) { return reader->Read(options); });
 }
 
 PersonNames ReadCsvNames(const std::string& path) {
