@@ -411,21 +411,21 @@ TrackSequence ReadCsvTracks(const std::string& path,
 }
 
 PersonNames ReadCsvNames(const std::string& path) {
-  PersonNames names;
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  std::vector<std::string> cells;
-  if (!rows.Next(&cells)) return names;
-  const size_t width = cells.size();
-  const size_t of_id = ColumnOf("id", cells);
-  const size_t of_name = ColumnOf("name", cells);
-  if (of_name == width || of_id == width) return names;
-  while (rows.Next(&cells)) {
-    if (cells.size() != width || cells[of_name].empty()) continue;
-    const std::optional<TrackId> id = PersonIdOf(cells[of_id]);
-    if (id.has_value()) names.emplace(*id, PlainCell(cells[of_name]));
-  }
-  return names;
+  return ReadText<CsvRows>(path, [](CsvRows* rows) {
+    PersonNames names;
+    std::vector<std::string> cells;
+    if (!rows->Next(&cells)) return names;
+    const size_t width = cells.size();
+    const size_t of_id = ColumnOf("id", cells);
+    const size_t of_name = ColumnOf("name", cells);
+    if (of_name == width || of_id == width) return names;
+    while (rows->Next(&cells)) {
+      if (cells.size() != width || cells[of_name].empty()) continue;
+      const std::optional<TrackId> id = PersonIdOf(cells[of_id]);
+      if (id.has_value()) names.emplace(*id, PlainCell(cells[of_name]));
+    }
+    return names;
+  });
 }
 
 void WriteCsvTracks(const std::string& path, const TrackSequence& tracks,

@@ -208,6 +208,12 @@ TEST(PersonNames, InvalidNamesAreRefused) {
         "{\"kinegraph\": 1, \"names\": " + std::string(names) + "}\n");
     EXPECT_THROW(ReadPersonNames(path), InputError) << names;
   }
+  const std::string table =
+      folder.Write("a.csv",
+                   "frame,time_s,id,joint,x_m,y_m,z_m,status,name\n"
+                   "1,0,2,\"nose");
+  EXPECT_THAT(testing::InputErrorOf([&] { ReadPersonNames(table); }),
+              HasSubstr("a.csv: line 2"));
 }
 
 }  // namespace
