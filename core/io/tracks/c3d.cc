@@ -1,4 +1,4 @@
-// Reading tracks from C3D files. The label "Anna:l_knee" is a joint of person
+// Reading C3D files. The label "Anna:l_knee" is a joint of person
 // Anna; without such labels all points are one person, unless every label
 // occurs equally often, more than once: then each time for another person. In a
 // file without points the joints are the origins of segments.
@@ -348,7 +348,7 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
   const C3dFrames& points = file.points();
   result.rate_hz = points.rate_hz * static_cast<double>(analog.per_frame);
   result.first_s = static_cast<double>(points.first) / points.rate_hz;
-  double mean = 0.0;
+  double sum_n = 0.0;
   for (int64_t frame = 0; frame < points.count; ++frame) {
     for (size_t sample = 0; sample < analog.per_frame; ++sample) {
       double load_n = 0.0;
@@ -357,12 +357,12 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
         load_n += weights[c] * file.Analog(frame, sample, channels[c]);
       }
       result.load_n.push_back(load_n);
-      mean += load_n;
+      sum_n += load_n;
     }
   }
   // The sign depends on conventions: the plate's axis may point up or down, and
   // the file may contain the force on the plate or its reaction.
-  if (mean < 0.0) {
+  if (sum_n < 0.0) {
     for (double& load_n : result.load_n) load_n = -load_n;
   }
   return result;

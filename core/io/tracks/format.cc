@@ -8,7 +8,6 @@
 #include "core/io/adapters/adapter.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/csv_rows.h"
 #include "core/io/text/gone_formats.h"
 #include "core/io/tracks/shared.h"
 
@@ -266,10 +265,6 @@ std::string TrackExtensions() {
 
 bool TrackHead::HasKey(const std::string& key) const {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
-}
-
-std::vector<std::string> TrackHead::FirstRow() const {
-  return FirstCsvRow(beginning);
 }
 
 bool TrackHead::HasFile(const std::string& extension) const {

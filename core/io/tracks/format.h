@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/data/identity_edit.h"
@@ -32,8 +33,7 @@ struct TrackHead {
   std::string beginning;           // of a file: its first 64 KiB
 
   bool HasKey(const std::string& key) const;
-  std::vector<std::string> FirstRow() const;  // of a table
-  bool BeginsWith(const std::string& text) const {
+  bool BeginsWith(std::string_view text) const {
     return beginning.compare(0, text.size(), text) == 0;
   }
   // Whether the folder contains a file of this extension.

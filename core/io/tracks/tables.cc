@@ -399,7 +399,7 @@ void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
 }  // namespace
 
 bool RecogniseCsvTracks(const TrackHead& head) {
-  const std::vector<std::string> row = head.FirstRow();
+  const std::vector<std::string> row = FirstCsvRow(head.beginning);
   return row.size() > kJoint &&
          std::equal(row.begin(), row.begin() + kJoint + 1, kColumns.begin());
 }
@@ -446,8 +446,9 @@ void WriteCsvTracks(const std::string& path, const TrackSequence& tracks,
 
 bool RecogniseFreeMoCapTracks(const TrackHead& head) {
   const std::string& text = head.beginning;  // empty for a folder
-  return IsArrayOfPoints(text) || (text.find('\n') != std::string::npos &&
-                                   !PointsOf(head.FirstRow()).empty());
+  return IsArrayOfPoints(text) ||
+         (text.find('\n') != std::string::npos &&
+          !PointsOf(FirstCsvRow(head.beginning)).empty());
 }
 
 TrackSequence ReadFreeMoCapTracks(const std::string& path,

@@ -222,7 +222,7 @@ std::string TrcHeaderText(const std::string& file_name,
 }  // namespace
 
 bool RecogniseTrcTracks(const TrackHead& head) {
-  return head.BeginsWith(std::string(kTrcMark)) || head.HasFile(kTrcExtension);
+  return head.BeginsWith(kTrcMark) || head.HasFile(kTrcExtension);
 }
 
 TrackSequence ReadTrcTracks(const std::string& path,
