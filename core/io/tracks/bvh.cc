@@ -223,14 +223,13 @@ double RateOf(double step_s, std::string_view text) {
 }
 
 Motion ReadMotion(Words* words) {
-  constexpr double kMostBvhFrames = 1e7;
   words->Expect("Frames:");
   const double frames = words->Number("a number of frames");
   words->Expect("Frame");
   words->Expect("Time:");
   const std::string_view text = Words(*words).Next();
   const double step_s = words->Number("seconds");
-  if (!(frames >= 0.0 && frames <= kMostBvhFrames)) {
+  if (!(frames >= 0.0 && frames <= kMaxRows)) {
     throw InputError("Frames: expected 0 .. 10000000");
   }
   if (!(step_s >= 1e-6 && step_s <= 1e6)) {

@@ -358,8 +358,8 @@ double ParseLengthUnit(const std::string& text, const std::string& flag) {
   Refuse("{}: found '{}', expected m, cm or mm", flag, Printable(text));
 }
 
-bool LeavesUnitOpen(const std::string& path, const TrackReadOptions& options) {
-  return FormatOfTracks(path, options).unit_m.has_value();
+bool LeavesUnitOpen(const std::string& path) {
+  return FormatOfTracks(path, {}).unit_m.has_value();
 }
 
 PersonNames ReadPersonNames(const std::string& path) {

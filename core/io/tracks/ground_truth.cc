@@ -180,11 +180,10 @@ void WriteFourDAssociationTracks(const std::string& path,
                                  const TrackSequence& tracks,
                                  const TrackExportOptions& /*options*/,
                                  LostFields* lost_fields) {
-  constexpr int64_t kMaxFrames = 10'000'000;
   const int64_t first = tracks.frames.empty() ? 0 : tracks.frames[0].frame;
   const int64_t count =
       tracks.frames.empty() ? 0 : tracks.frames.back().frame - first + 1;
-  if (count > kMaxFrames) {
+  if (count > kMaxRows) {
     Refuse(
         "the tracks span {} frames, which is too many for this format: it has "
         "an entry for each",

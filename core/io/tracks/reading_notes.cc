@@ -93,10 +93,9 @@ std::optional<Vector3d> StatedUp(const TrackFormat& format) {
   return Vector3d(Vector3d::UnitZ());
 }
 
-std::optional<Vector3d> StatedUp(const std::string& path,
-                                 const TrackReadOptions& options) {
+std::optional<Vector3d> StatedUp(const std::string& path) {
   if (IsPipe(path)) return std::nullopt;
-  return StatedUp(FormatOfTracks(path, options));
+  return StatedUp(FormatOfTracks(path, {}));
 }
 
 std::optional<AxesNote> FindAxesNote(const Stance& stance,

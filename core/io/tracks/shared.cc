@@ -135,7 +135,6 @@ TrackSequence TrackCollector::Finish() {
 
 std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
                                     const std::string& format) {
-  constexpr int64_t kMaxRows = 10'000'000;
   std::vector<TrackRow> rows;
   if (tracks.frames.empty()) return rows;
   const int64_t first = tracks.frames.front().frame;

@@ -114,9 +114,11 @@ struct TrackRow {
   const TrackFrame* frame = nullptr;  // null: the tracks lack this frame
 };
 
+inline constexpr int64_t kMaxRows = 10'000'000;
+
 // One row for every frame number from the first to the last. Times of frames
 // that the tracks lack are interpolated linearly. Throws InputError naming the
-// format if there are more than ten million rows.
+// format for more than kMaxRows.
 std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
                                     const std::string& format);
 

@@ -86,7 +86,6 @@ struct TrcHeader {
 };
 
 TrcHeader ReadTrcHeader(TrcLines* lines) {
-  constexpr int64_t kMaxRows = 10'000'000;
   TrcHeader header;
   const std::vector<std::string_view> first = lines->Need();
   if (first[0].substr(0, kTrcMark.size()) != kTrcMark) {
