@@ -34,4 +34,19 @@ std::optional<Eigen::Vector3d> MeanPosition(const Pose3d& pose) {
   return Eigen::Vector3d(sum / count);
 }
 
+void Scale(double factor, TrackFrame* frame) {
+  for (PersonPose& person : frame->people) {
+    for (Joint3d& joint : person.joints) joint.position_m *= factor;
+    for (auto& covariance : person.covariances) {
+      if (covariance.has_value()) *covariance *= factor * factor;
+    }
+    for (auto& derivatives : person.derivatives) {
+      if (!derivatives.has_value()) continue;
+      derivatives->velocity_m_s *= factor;
+      if (!derivatives->acceleration_m_s2.has_value()) continue;
+      *derivatives->acceleration_m_s2 *= factor;
+    }
+  }
+}
+
 }  // namespace kinegraph

@@ -71,19 +71,6 @@ const TrackFormat& FormatOfAdapters() {
   return kFormat;
 }
 
-// Corrects tracks that were read in the format's usual unit although the file
-// is in another one: `factor` is the file's unit divided by the usual one.
-void Scale(double factor, TrackSequence* tracks) {
-  for (TrackFrame& frame : tracks->frames) {
-    for (PersonPose& person : frame.people) {
-      for (Joint3d& joint : person.joints) joint.position_m *= factor;
-      for (auto& covariance : person.covariances) {
-        if (covariance) *covariance *= factor * factor;
-      }
-    }
-  }
-}
-
 // Builds an entry of TrackFormats(); properties that a format lacks keep their
 // defaults.
 struct Row : TrackFormat {
@@ -345,8 +332,11 @@ TrackSequence ReadTracks(const std::string& path,
                          others);
   }
   TrackSequence tracks = format.read(path, options);
+  // The format was read in its usual unit, although the file has another one.
   if (unit_m > 0.0 && unit_m != *format.unit_m) {
-    Scale(unit_m / *format.unit_m, &tracks);
+    for (TrackFrame& frame : tracks.frames) {
+      Scale(unit_m / *format.unit_m, &frame);
+    }
   }
   return tracks;
 }
