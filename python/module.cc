@@ -97,6 +97,18 @@ Camera MakeCamera(const std::string& name, const Eigen::Matrix3d& K,
   return Camera(parameters);
 }
 
+std::string ModelOf(const Camera& camera) {
+  return camera.lens() ? camera.lens()->model() : "pinhole";
+}
+
+std::vector<double> DistortionOf(const Camera& camera) {
+  return camera.lens() ? camera.lens()->parameters() : std::vector<double>();
+}
+
+std::pair<int, int> ImageSizeOf(const Camera& camera) {
+  return {camera.width_px(), camera.height_px()};
+}
+
 // (N, 3) points in the world [m] to (N, 2) raw pixels, NaN without an image.
 Array ProjectPoints(const Camera& camera, const Array& points) {
   if (points.ndim() != 2 || points.shape(1) != 3) {
@@ -482,21 +494,18 @@ class LiveSession {
       throw std::runtime_error(
           "this Session is already in use by a caller in the same thread");
     }
-    return With(Interruptible([&] {
+    std::vector<TrackFrame> frames = Interruptible([&] {
       const std::lock_guard<std::mutex> lock(mutex_);
       owner_ = self;
       const Released released{&owner_};
       return work();
-    }));
+    });
+    return {session_.scene().header, std::move(frames)};
   }
   struct Released {
     std::atomic<std::thread::id>* owner;
     ~Released() { *owner = std::thread::id(); }
   };
-
-  TrackSequence With(std::vector<TrackFrame> frames) const {
-    return {session_.scene().header, std::move(frames)};
-  }
 
   DetectionHeader header_;
   Session session_;
@@ -505,6 +514,16 @@ class LiveSession {
 };
 
 // ---- Scores -----------------------------------------------------------------
+
+// The tracks with kinegraph's joint names: `given`, or a copy in `own`.
+const TrackSequence& UnderOurNames(const TrackSequence& given,
+                                   TrackSequence* own) {
+  const Skeleton ours = WithOurNames(given.header.skeleton);
+  if (ours == given.header.skeleton) return given;
+  *own = given;
+  own->header.skeleton = ours;
+  return *own;
+}
 
 // Tracks and truth as `evaluate` compares them: with kinegraph's joint names,
 // in paired frames and in the same world. Notes become Python warnings.
@@ -542,14 +561,6 @@ class Scored {
   const TrackSequence& truth() const { return *truth_; }
 
  private:
-  static const TrackSequence& UnderOurNames(const TrackSequence& given,
-                                            TrackSequence* own) {
-    const Skeleton ours = WithOurNames(given.header.skeleton);
-    if (ours == given.header.skeleton) return given;
-    *own = given;
-    own->header.skeleton = ours;
-    return *own;
-  }
   static void Warn(const std::string& note) {
     constexpr int kCallerOfEvaluate = 2;
     if (note.empty()) return;
@@ -594,13 +605,8 @@ KinematicsTable Kinematics(const TrackSequence& tracks, const std::string& up,
   options.up = ParseUp(up, "up");
   options.observed_only = observed_only;
   const py::gil_scoped_release unlocked;
-  const Skeleton ours = WithOurNames(tracks.header.skeleton);
-  if (ours == tracks.header.skeleton) {
-    return MeasureKinematics(tracks, options);
-  }
-  TrackSequence renamed = tracks;
-  renamed.header.skeleton = ours;
-  return MeasureKinematics(renamed, options);
+  TrackSequence renamed;
+  return MeasureKinematics(UnderOurNames(tracks, &renamed), options);
 }
 
 Array ColumnOf(const KinematicsTable& table, const std::string& column) {
@@ -752,12 +758,9 @@ void BindCamera(py::module_& m) {
            "image_size: (width, height) [px], (0, 0) if unknown.")
       .def(py::pickle(
           [](const Camera& camera) {
-            const bool has_lens = camera.lens() != nullptr;
-            return py::make_tuple(
-                camera.name(), camera.K(), camera.R(), camera.t(),
-                has_lens ? camera.lens()->parameters() : std::vector<double>(),
-                has_lens ? camera.lens()->model() : "pinhole",
-                std::make_pair(camera.width_px(), camera.height_px()));
+            return py::make_tuple(camera.name(), camera.K(), camera.R(),
+                                  camera.t(), DistortionOf(camera),
+                                  ModelOf(camera), ImageSizeOf(camera));
           },
           [](const py::tuple& state) {
             return MakeCamera(state[0].cast<std::string>(),
@@ -772,27 +775,13 @@ void BindCamera(py::module_& m) {
       .def_property_readonly("K", &Camera::K, "(3, 3) [px].")
       .def_property_readonly("R", &Camera::R, "(3, 3), world to camera.")
       .def_property_readonly("t", &Camera::t, "(3,) [m], world to camera.")
-      .def_property_readonly(
-          "model",
-          [](const Camera& camera) {
-            return camera.lens() ? camera.lens()->model() : "pinhole";
-          },
-          "Lens model.")
-      .def_property_readonly(
-          "distortion",
-          [](const Camera& camera) {
-            return camera.lens() ? camera.lens()->parameters()
-                                 : std::vector<double>();
-          },
-          "Coefficients of the lens model; empty for none.")
+      .def_property_readonly("model", &ModelOf, "Lens model.")
+      .def_property_readonly("distortion", &DistortionOf,
+                             "Coefficients of the lens model; empty for none.")
       .def_property_readonly("centre", &Camera::centre,
                              "(3,) in the world [m].")
-      .def_property_readonly(
-          "image_size",
-          [](const Camera& camera) {
-            return std::make_pair(camera.width_px(), camera.height_px());
-          },
-          "(width, height) [px]; (0, 0) if unknown.")
+      .def_property_readonly("image_size", &ImageSizeOf,
+                             "(width, height) [px]; (0, 0) if unknown.")
       .def("project", &ProjectPoints, "points"_a,
            "(N, 3) points in the world [m] to (N, 2) raw pixels; NaN where a\n"
            "point has no image.")

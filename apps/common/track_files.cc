@@ -64,7 +64,7 @@ TrackOutput::TrackOutput(const std::string& path, const TrackHeader& header,
     return;
   }
   format_ = TrackFormatOfExtension(path);
-  if (format_->files != TrackFormat::Files::kOne) {
+  if (!format_->person_extension.empty() || format_->is_file_a_frame) {
     path_ = WithoutExtension(path);
     files_.FolderAside(path_);
   } else {

@@ -73,25 +73,6 @@ size_t WritePage(const std::string& title, const std::string& data_json,
   return page.size();
 }
 
-std::string Base64(std::string_view bytes) {
-  static constexpr char kAlphabet[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const size_t size = bytes.size();
-  const auto byte = [&](size_t i) {
-    return i < size ? static_cast<unsigned char>(bytes[i]) : 0U;
-  };
-  std::string text;
-  text.reserve((size + 2) / 3 * 4);
-  for (size_t i = 0; i < size; i += 3) {
-    const unsigned group = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
-    text += kAlphabet[group >> 18];
-    text += kAlphabet[(group >> 12) & 63];
-    text += i + 1 < size ? kAlphabet[(group >> 6) & 63] : '=';
-    text += i + 2 < size ? kAlphabet[group & 63] : '=';
-  }
-  return text;
-}
-
 std::string WithoutAngleBrackets(const std::string& json) {
   std::string safe;
   safe.reserve(json.size());

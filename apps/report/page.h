@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/text.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {
@@ -22,8 +23,6 @@ std::string MakePage(const std::string& title, const std::string& data_json);
 // InputError if the file cannot be written.
 size_t WritePage(const std::string& title, const std::string& data_json,
                  const std::string& path);
-
-std::string Base64(std::string_view bytes);
 
 // Encodes the bytes of the numbers as they are in memory. Pages read them as
 // little-endian, the byte order of every supported machine.

@@ -50,6 +50,25 @@ std::string HtmlText(const std::string& text) {
   return html;
 }
 
+std::string Base64(std::string_view bytes) {
+  static constexpr char kAlphabet[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  const size_t size = bytes.size();
+  const auto byte = [&](size_t i) {
+    return i < size ? static_cast<unsigned char>(bytes[i]) : 0U;
+  };
+  std::string text;
+  text.reserve((size + 2) / 3 * 4);
+  for (size_t i = 0; i < size; i += 3) {
+    const unsigned group = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
+    text += kAlphabet[group >> 18];
+    text += kAlphabet[(group >> 12) & 63];
+    text += i + 1 < size ? kAlphabet[(group >> 6) & 63] : '=';
+    text += i + 2 < size ? kAlphabet[group & 63] : '=';
+  }
+  return text;
+}
+
 size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<size_t> row(b.size() + 1);
   for (size_t j = 0; j <= b.size(); ++j) row[j] = j;

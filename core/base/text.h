@@ -43,6 +43,9 @@ inline std::string_view WithoutPlus(std::string_view text) {
 // `text` escaped for HTML and XML, in elements and quoted attributes.
 std::string HtmlText(const std::string& text);
 
+// The bytes in Base64 (RFC 4648).
+std::string Base64(std::string_view bytes);
+
 // Levenshtein distance: the least number of bytes to insert, delete or replace
 // that turns `a` into `b`. The time is proportional to the product of both
 // lengths.

@@ -39,4 +39,19 @@ std::optional<double> MeanDistance(const Pose3d& a, const Pose3d& b) {
   return sum_m / count;
 }
 
+void Scale(double factor, TrackFrame* frame) {
+  for (PersonPose& person : frame->people) {
+    for (Joint3d& joint : person.joints) joint.position_m *= factor;
+    for (auto& covariance : person.covariances) {
+      if (covariance.has_value()) *covariance *= factor * factor;
+    }
+    for (auto& derivatives : person.derivatives) {
+      if (!derivatives.has_value()) continue;
+      derivatives->velocity_m_s *= factor;
+      if (!derivatives->acceleration_m_s2.has_value()) continue;
+      *derivatives->acceleration_m_s2 *= factor;
+    }
+  }
+}
+
 }  // namespace kinegraph

@@ -77,6 +77,9 @@ struct TrackFrame {
   std::vector<PersonPose> people;
 };
 
+// Multiplies all lengths by a factor.
+void Scale(double factor, TrackFrame* frame);
+
 struct TrackHeader {
   Skeleton skeleton;
   std::string mode;                     // "paper", "graph" or a source's name

@@ -52,19 +52,7 @@ RunOptions SubjectScale::IntoRun(RunOptions options) const {
 }
 
 TrackFrame SubjectScale::Times(double factor, TrackFrame frame) {
-  if (factor == 1.0) return frame;
-  for (PersonPose& person : frame.people) {
-    for (Joint3d& joint : person.joints) joint.position_m *= factor;
-    for (auto& covariance : person.covariances) {
-      if (covariance.has_value()) *covariance *= factor * factor;
-    }
-    for (auto& derivatives : person.derivatives) {
-      if (!derivatives.has_value()) continue;
-      derivatives->velocity_m_s *= factor;
-      if (!derivatives->acceleration_m_s2.has_value()) continue;
-      *derivatives->acceleration_m_s2 *= factor;
-    }
-  }
+  if (factor != 1.0) Scale(factor, &frame);
   return frame;
 }
 

@@ -151,9 +151,8 @@ std::vector<FuzzTarget> ReaderTargets() {
   }
   for (const TrackFormat& format : TrackFormats()) {
     if (format.read == nullptr || format.is_of_adapter) continue;
-    const auto fuzz = format.files == TrackFormat::Files::kFileAFrame
-                          ? FuzzTracks<InputFolder>
-                          : FuzzTracks<InputFile>;
+    const auto fuzz = format.is_file_a_frame ? FuzzTracks<InputFolder>
+                                             : FuzzTracks<InputFile>;
     targets.push_back({"tracks_" + format.name, NamedBy(format.name, fuzz)});
   }
   return targets;

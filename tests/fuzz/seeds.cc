@@ -115,11 +115,10 @@ std::string Written(bool as_folder, const Write& write) {
 }
 
 std::string WrittenTracks(const TrackFormat& format) {
-  return Written(format.files == TrackFormat::Files::kFileAFrame,
-                 [&](const std::string& path, LostFields* lost_fields) {
-                   format.write(path, SampleFor(format.name).tracks, {},
-                                lost_fields);
-                 });
+  return Written(format.is_file_a_frame, [&](const std::string& path,
+                                             LostFields* lost_fields) {
+    format.write(path, SampleFor(format.name).tracks, {}, lost_fields);
+  });
 }
 
 std::string WrittenDetections(const DetectionFormat& format) {
@@ -271,7 +270,7 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
     }
   }
   for (const TrackFormat& format : TrackFormats()) {
-    const bool is_file = format.files != TrackFormat::Files::kFileAFrame;
+    const bool is_file = !format.is_file_a_frame;
     // Formats written by adapters are not read by these targets.
     if (format.is_of_adapter || format.write == nullptr) continue;
     if ((target == "tracks" && is_file) || target == "tracks_" + format.name) {

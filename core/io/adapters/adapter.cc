@@ -84,6 +84,9 @@ bool ReadAll(int descriptor, int silence_ms, size_t most, std::string* text) {
   return false;
 }
 
+// A temporary file for a program's standard error.
+using ErrorsFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
 // The last line of a program's standard error that is not empty.
 std::string LastLine(std::FILE* file) {
   std::string text;
@@ -173,8 +176,7 @@ std::optional<AdapterKind> ParseKind(const std::string& word) {
 std::optional<ProcessEnd> Run(std::vector<std::string> words,
                               std::string* printed, std::string* said) {
   Pipe pipe;
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> errors(std::tmpfile(),
-                                                               std::fclose);
+  const ErrorsFile errors(std::tmpfile(), std::fclose);
   if (errors == nullptr) throw InputError("no temporary file can be made");
   RunningProgram program(std::move(words), -1, pipe.write,
                          DescriptorOf(errors.get()));
@@ -355,7 +357,7 @@ class AdapterRun::Impl {
   const std::string hint_;
   const bool is_own_;
   int silence_ms_;
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> errors_;
+  const ErrorsFile errors_;
   Pipe pipe_;
   std::unique_ptr<RunningProgram> program_;
 };
@@ -392,8 +394,7 @@ std::string OutputOf(const Adapter& adapter, const std::string& path) {
 std::string WriteByAdapter(
     const std::string& format, const std::string& path,
     const std::function<void(const std::string& lines)>& write) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> errors(std::tmpfile(),
-                                                               std::fclose);
+  const ErrorsFile errors(std::tmpfile(), std::fclose);
   if (errors == nullptr) {
     throw InputError(path, "", "no temporary file can be made to write it");
   }
@@ -406,9 +407,7 @@ std::string WriteByAdapter(
   Pipe::Close(&input.read);
   Pipe::Close(&output.write);
   std::string bytes;
-  const auto finish = [&](bool is_silent) {
-    Pipe::Close(&input.write);
-    const ProcessEnd end = program.Wait(is_silent ? 0 : kSilence_ms);
+  const auto throw_its_fault = [&](const ProcessEnd& end) {
     const std::string fault =
         Fault(end, kOwnProgram, "", LastLine(errors.get()));
     if (!fault.empty()) Throw(path, fault);
@@ -421,15 +420,13 @@ std::string WriteByAdapter(
     // If the program has ended, the pipe broke because of its error.
     constexpr int kMoment_ms = 200;
     const ProcessEnd end = program.Wait(kMoment_ms);
-    if (program.was_ended()) throw;
-    const std::string fault =
-        Fault(end, kOwnProgram, "", LastLine(errors.get()));
-    if (fault.empty()) throw;
-    Throw(path, fault);
+    if (!program.was_ended()) throw_its_fault(end);
+    throw;
   }
   Pipe::Close(&input.write);
   constexpr size_t kMost = size_t{4} << 30;
-  finish(!ReadAll(output.read, 10 * kSilence_ms, kMost, &bytes));
+  const bool came = ReadAll(output.read, 10 * kSilence_ms, kMost, &bytes);
+  throw_its_fault(program.Wait(came ? kSilence_ms : 0));
   return bytes;
 }
 

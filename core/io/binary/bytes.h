@@ -1,5 +1,4 @@
-// Numbers as bytes, and the maximum size of decompressed data. For core/io
-// only.
+// Numbers as bytes. For core/io only.
 #ifndef KINEGRAPH_CORE_IO_BINARY_BYTES_H_
 #define KINEGRAPH_CORE_IO_BINARY_BYTES_H_
 
@@ -28,13 +27,6 @@ Value NumberAt(std::string_view bytes, size_t at) {
   Value value{};
   std::memcpy(&value, bytes.data() + at, sizeof(value));
   return value;
-}
-
-// Limit for the size of decompressed data. Deflate's ratio is at most 1032, for
-// constant data. A file with space for 250 people but only one person in it
-// reaches 256; the constant term permits small files of constant data.
-constexpr uint64_t MostUnpackedBytes(uint64_t stored_bytes) {
-  return (uint64_t{32} << 20) + 256 * stored_bytes;
 }
 
 }  // namespace kinegraph

@@ -3,6 +3,8 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -54,7 +56,7 @@ std::string NpyHeader(const std::string& type,
     dictionary += ' ';
   }
   dictionary += '\n';
-  std::string header = "\x93NUMPY";
+  std::string header(kNpyMagic);
   header += '\x01';
   header += '\x00';
   AppendNumbers(&header, static_cast<uint16_t>(dictionary.size()));
@@ -196,15 +198,9 @@ void NpzFile::Commit() {
 
 // ---- Reading ----
 
-size_t NpyArray::Count() const {
-  size_t count = 1;
-  for (const size_t side : shape) count *= side;
-  return count;
-}
-
 NpzReader::NpzReader(const std::string& path)
     : path_(path), text_(ReadBytes(path)) {
-  if (text_.compare(0, 6, "\x93NUMPY") == 0) {
+  if (text_.compare(0, kNpyMagic.size(), kNpyMagic) == 0) {
     arrays_[""] = Parse("", text_);
     return;
   }
@@ -270,8 +266,9 @@ void NpzReader::ReadDirectory() {
 
 NpyArray NpzReader::Parse(const std::string& name,
                           std::string_view file) const {
-  constexpr size_t kMagicBytes = 8;
-  if (file.size() < kMagicBytes + 4 || file.substr(0, 6) != "\x93NUMPY") {
+  constexpr size_t kMagicBytes = 8;  // version included
+  if (file.size() < kMagicBytes + 4 ||
+      file.substr(0, kNpyMagic.size()) != kNpyMagic) {
     Fail(name, "is not a NumPy array");
   }
   // Version 1 has two bytes for the length of the header, later ones four.
@@ -357,7 +354,8 @@ std::vector<std::string> NpzReader::Texts(const std::string& name,
   if (array.type.rfind("<U", 0) != 0) {
     Fail(name, "has the type '" + Printable(array.type) + "', expected texts");
   }
-  const size_t count = array.Count();
+  const size_t count = std::accumulate(array.shape.begin(), array.shape.end(),
+                                       size_t{1}, std::multiplies<size_t>());
   const size_t width = count == 0 ? 0 : array.bytes.size() / count;
   std::vector<std::string> texts(count);
   for (size_t i = 0; i < count; ++i) {

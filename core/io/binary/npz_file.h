@@ -18,6 +18,9 @@
 
 namespace kinegraph {
 
+// The beginning of an .npy file.
+inline constexpr std::string_view kNpyMagic = "\x93NUMPY";
+
 // CRC-32 as in zip (reflected polynomial 0xEDB88320).
 uint32_t Crc32(std::string_view bytes);
 
@@ -75,8 +78,6 @@ struct NpyArray {
   std::string type;
   std::vector<size_t> shape;
   std::string_view bytes;
-
-  size_t Count() const;  // of elements
 };
 
 // Reads uncompressed archives (numpy.savez), and .npy files as one array with

@@ -203,15 +203,8 @@ class NpzTrackReader {
   std::vector<int64_t> numbers_;
 };
 
-// Index of the person in `ids`, which must ascend.
-size_t PlaceOf(const PersonPose& person, const std::vector<int64_t>& ids) {
-  return static_cast<size_t>(
-      std::lower_bound(ids.begin(), ids.end(), person.id.value()) -
-      ids.begin());
-}
-
 // An array over frames, people and joints with `width` values each. `fill` sets
-// them where a person is present.
+// them where a person is present. `ids` ascend.
 template <typename Value, typename Fill>
 std::vector<Value> Dense(const TrackSequence& tracks,
                          const std::vector<int64_t>& ids, size_t width,
@@ -221,7 +214,10 @@ std::vector<Value> Dense(const TrackSequence& tracks,
                             empty);
   for (size_t f = 0; f < tracks.frames.size(); ++f) {
     for (const PersonPose& person : tracks.frames[f].people) {
-      const size_t place = f * ids.size() + PlaceOf(person, ids);
+      const auto id =
+          std::lower_bound(ids.begin(), ids.end(), person.id.value());
+      const size_t place =
+          f * ids.size() + static_cast<size_t>(id - ids.begin());
       Value* to = values.data() + place * joints * width;
       for (size_t j = 0; j < joints; ++j) fill(person, j, to + j * width);
     }

@@ -28,6 +28,13 @@ struct AxisMap {
     return axis == other.axis && sign == other.sign;
   }
 
+  // The file's axis along a world axis.
+  size_t FileAxisOf(int of_world) const {
+    size_t of_file = 0;
+    while (axis[of_file] != of_world) ++of_file;
+    return of_file;
+  }
+
   // From the world to the file.
   Eigen::Vector3d Apply(const Eigen::Vector3d& world) const {
     return {sign[0] * world[axis[0]], sign[1] * world[axis[1]],

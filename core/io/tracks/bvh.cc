@@ -26,7 +26,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr const char* kBvhExtension = ".bvh";
-constexpr double kBvhCentimetreM = 0.01;
 
 // ---- Reading: files of any program ----
 //
@@ -224,14 +223,13 @@ double RateOf(double step_s, std::string_view text) {
 }
 
 Motion ReadMotion(Words* words) {
-  constexpr double kMostBvhFrames = 1e7;
   words->Expect("Frames:");
   const double frames = words->Number("a number of frames");
   words->Expect("Frame");
   words->Expect("Time:");
   const std::string_view text = Words(*words).Next();
   const double step_s = words->Number("seconds");
-  if (!(frames >= 0.0 && frames <= kMostBvhFrames)) {
+  if (!(frames >= 0.0 && frames <= kMaxRows)) {
     throw InputError("Frames: expected 0 .. 10000000");
   }
   if (!(step_s >= 1e-6 && step_s <= 1e6)) {
@@ -258,7 +256,7 @@ void ReadBvhFrames(const Hierarchy& hierarchy,
     const std::vector<Vector3d> places = PlacesOf(hierarchy, values);
     Pose3d& pose = collector->Add(f, id)->joints;
     for (size_t j = 0; j < joints.size(); ++j) {
-      pose[j] = {axes.Invert(kBvhCentimetreM * places[joints[j]]),
+      pose[j] = {axes.Invert(kMetresPerCentimetre * places[joints[j]]),
                  JointStatus::kObserved};
       if (!pose[j].position_m.allFinite()) {
         throw InputError("the position of a joint is not a finite number");
@@ -306,7 +304,7 @@ Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
 }
 
 std::string Offset(const Vector3d& offset_m, const std::string& indent) {
-  const Vector3d cm = 1.0 / kBvhCentimetreM * offset_m;
+  const Vector3d cm = kCentimetresPerMetre * offset_m;
   return fmt::format("{}OFFSET {:.6f} {:.6f} {:.6f}\n", indent, cm.x(), cm.y(),
                      cm.z());
 }
@@ -407,9 +405,8 @@ class BvhWriter {
     if (!on_one_clock_) {
       lost_fields->push_back(fmt::format(
           "with {} people and {} frames, files would mostly consist of "
-          "repeated "
-          "poses: each file begins and ends with its person (--person=N writes "
-          "all frames for one person)",
+          "repeated poses: each file begins and ends with its person "
+          "(--person=N writes all frames for one person)",
           spans_.size(), rows_.size()));
     }
     const double rms_m =
@@ -417,9 +414,9 @@ class BvhWriter {
                      : 0.0;
     lost_fields->push_back(
         fmt::format("bones have their median lengths: joints lie {:.1f} mm "
-                    "(RMS) and at most "
-                    "{:.1f} mm from the tracks",
-                    1000.0 * rms_m, 1000.0 * largest_misfit_m_));
+                    "(RMS) and at most {:.1f} mm from the tracks",
+                    kMillimetresPerMetre * rms_m,
+                    kMillimetresPerMetre * largest_misfit_m_));
     losses_.Note(tree_, lost_fields);
     NoteLosses(ContentsOf(tracks_),
                {Loss::kInferredAlike, Loss::kCovariances, Loss::kViews},
@@ -456,7 +453,7 @@ class BvhWriter {
       largest_misfit_m_ = std::max(largest_misfit_m_, m);
       ++misfits_;
     }
-    const Vector3d cm = 1.0 / kBvhCentimetreM * rigid_m[0];
+    const Vector3d cm = kCentimetresPerMetre * rigid_m[0];
     std::string text =
         fmt::format("{:.6f} {:.6f} {:.6f}", cm.x(), cm.y(), cm.z());
     for (const size_t j : order) {

@@ -1,4 +1,4 @@
-// Reading tracks from C3D files. The label "Anna:l_knee" is a joint of person
+// Reading C3D files. The label "Anna:l_knee" is a joint of person
 // Anna; without such labels all points are one person, unless every label
 // occurs equally often, more than once: then each time for another person. In a
 // file without points the joints are the origins of segments.
@@ -14,6 +14,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/tracks/c3d_file.h"
 #include "core/io/tracks/format.h"
@@ -229,9 +230,7 @@ Contents ContentsOf(const C3dFile& file) {
   return contents;
 }
 
-TrackSequence ReadC3dFile(const std::string& path,
-                          const TrackReadOptions& options) {
-  const C3dFile file(path);
+TrackSequence TracksOf(const C3dFile& file, const TrackReadOptions& options) {
   const Contents contents = ContentsOf(file);
   const bool has_points = file.points().width > 0;
   const C3dFrames& frames = has_points ? file.points() : file.segments();
@@ -267,8 +266,7 @@ TrackSequence ReadC3dFile(const std::string& path,
   return collector.Finish();
 }
 
-SegmentSequence ReadSegmentsOf(const std::string& path, const AxisMap& axes) {
-  const C3dFile file(path);
+SegmentSequence SegmentsOf(const C3dFile& file, const AxisMap& axes) {
   const C3dFrames& frames = file.segments();
   std::vector<std::string> labels = file.values().Texts("ROTATION:LABELS");
   labels.resize(frames.width);
@@ -350,7 +348,7 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
   const C3dFrames& points = file.points();
   result.rate_hz = points.rate_hz * static_cast<double>(analog.per_frame);
   result.first_s = static_cast<double>(points.first) / points.rate_hz;
-  double mean = 0.0;
+  double sum_n = 0.0;
   for (int64_t frame = 0; frame < points.count; ++frame) {
     for (size_t sample = 0; sample < analog.per_frame; ++sample) {
       double load_n = 0.0;
@@ -359,28 +357,35 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
         load_n += weights[c] * file.Analog(frame, sample, channels[c]);
       }
       result.load_n.push_back(load_n);
-      mean += load_n;
+      sum_n += load_n;
     }
   }
   // The sign depends on conventions: the plate's axis may point up or down, and
   // the file may contain the force on the plate or its reaction.
-  if (mean < 0.0) {
+  if (sum_n < 0.0) {
     for (double& load_n : result.load_n) load_n = -load_n;
   }
   return result;
+}
+
+// Calls `read` with the content of a file; errors name the path.
+template <typename Read>
+auto ReadC3d(const std::string& path, const Read& read) {
+  std::string content = ReadBytes(path);  // names the path itself
+  return Located(path, [&] { return read(C3dFile(std::move(content))); });
 }
 
 }  // namespace
 
 SegmentSequence ReadSegments(const std::string& path,
                              const std::optional<AxisMap>& axes) {
-  return Located(
-      path, [&] { return ReadSegmentsOf(path, axes.value_or(C3dAxes())); });
+  return ReadC3d(path, [&](const C3dFile& file) {
+    return SegmentsOf(file, axes.value_or(C3dAxes()));
+  });
 }
 
 std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
-  return Located(path, [&] {
-    const C3dFile file(path);
+  return ReadC3d(path, [&](const C3dFile& file) {
     const double used = PlateNumber(file.values(), "USED", 0);
     std::vector<std::vector<double>> weights;
     for (size_t plate = 0; static_cast<double>(plate) < used; ++plate) {
@@ -409,11 +414,13 @@ bool RecogniseC3dTracks(const TrackHead& head) {
 
 TrackSequence ReadC3dTracks(const std::string& path,
                             const TrackReadOptions& options) {
-  return Located(path, [&] { return ReadC3dFile(path, options); });
+  return ReadC3d(path,
+                 [&](const C3dFile& file) { return TracksOf(file, options); });
 }
 
 PersonNames ReadC3dNames(const std::string& path) {
-  return Located(path, [&] { return ContentsOf(C3dFile(path)).names; });
+  return ReadC3d(path,
+                 [](const C3dFile& file) { return ContentsOf(file).names; });
 }
 
 }  // namespace kinegraph

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <string_view>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/data/limits.h"
-#include "core/io/files/text_file.h"
 #include "core/io/tracks/shared.h"
 
 namespace kinegraph {
@@ -280,7 +279,7 @@ class C3dRange {
   // Reads a frame number: two words, or one number of another type.
   int64_t FrameNumber(const std::string& name) const {
     const double low = values_.NumberOrZero(name);
-    const double high = values_.Number(name, 1).value_or(0.0);
+    const double high = values_.NumberOrZero(name, 1);
     if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 && high < kWords)) {
       throw InputError(name + ": expected the number of a frame");
     }
@@ -294,8 +293,8 @@ class C3dRange {
   int64_t at_least_ = 0;  // lower bound of the count, if a word is full
 };
 
-C3dFile::C3dFile(const std::string& path)
-    : bytes_(ReadBytes(path)), values_(bytes_, OpenParameters()) {
+C3dFile::C3dFile(std::string content)
+    : bytes_(std::move(content)), values_(bytes_, OpenParameters()) {
   rate_hz_ = values_.NumberOrZero("POINT:RATE");
   if (!IsRate(rate_hz_)) rate_hz_ = bytes_.Float(20);
   unit_m_ = MetresOf(values_.Texts("POINT:UNITS"));
@@ -420,7 +419,7 @@ double C3dFile::Analog(int64_t frame, size_t sample, size_t channel) const {
     return is_unsigned || word < kWords / 2 ? word : word - kWords;
   };
   const double raw = is_float_ ? bytes_.Float(at) : whole(bytes_.Word(at));
-  const double offset = values_.Number("ANALOG:OFFSET", channel).value_or(0.0);
+  const double offset = values_.NumberOrZero("ANALOG:OFFSET", channel);
   return (raw - whole(offset)) *
          values_.Number("ANALOG:SCALE", channel).value_or(1.0) *
          values_.Number("ANALOG:GEN_SCALE").value_or(1.0);

@@ -82,8 +82,8 @@ class C3dValues {
   // The value at `index`, nullopt if absent. Throws InputError for a text.
   std::optional<double> Number(const std::string& name, size_t index = 0) const;
   // 0 if absent.
-  double NumberOrZero(const std::string& name) const {
-    return Number(name).value_or(0.0);
+  double NumberOrZero(const std::string& name, size_t index = 0) const {
+    return Number(name, index).value_or(0.0);
   }
   // Length of a row, which is the fastest dimension; 0 if absent.
   size_t RowLength(const std::string& name) const;
@@ -130,9 +130,9 @@ class C3dRange;  // what the file specifies about its range of frames
 
 class C3dFile {
  public:
-  // Throws InputError, which does not name the file, if it cannot be read, is
+  // Throws InputError, which does not name the file, if it is not C3D, is
   // truncated or contradicts itself about its length.
-  explicit C3dFile(const std::string& path);
+  explicit C3dFile(std::string content);
   C3dFile(const C3dFile&) = delete;
   C3dFile& operator=(const C3dFile&) = delete;
 

@@ -8,7 +8,6 @@
 #include "core/io/adapters/adapter.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/csv_rows.h"
 #include "core/io/text/gone_formats.h"
 #include "core/io/tracks/shared.h"
 
@@ -72,23 +71,6 @@ const TrackFormat& FormatOfAdapters() {
   return kFormat;
 }
 
-// Corrects tracks that were read in the format's usual unit although the file
-// is in another one: `factor` is the file's unit divided by the usual one.
-void Scale(double factor, TrackSequence* tracks) {
-  for (TrackFrame& frame : tracks->frames) {
-    for (PersonPose& person : frame.people) {
-      for (Joint3d& joint : person.joints) joint.position_m *= factor;
-      for (auto& covariance : person.covariances) {
-        if (covariance) *covariance *= factor * factor;
-      }
-    }
-  }
-}
-
-}  // namespace
-
-namespace {
-
 // Builds an entry of TrackFormats(); properties that a format lacks keep their
 // defaults.
 struct Row : TrackFormat {
@@ -128,12 +110,11 @@ struct Row : TrackFormat {
     return *this;
   }
   Row& FileAPerson(const char* extension) {
-    files = Files::kFileAPerson;
     person_extension = extension;
     return *this;
   }
   Row& FileAFrame() {
-    files = Files::kFileAFrame;
+    is_file_a_frame = true;
     return *this;
   }
   // The format also recognises files that are not tracks.
@@ -273,10 +254,6 @@ bool TrackHead::HasKey(const std::string& key) const {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
-std::vector<std::string> TrackHead::FirstRow() const {
-  return FirstCsvRow(beginning);
-}
-
 bool TrackHead::HasFile(const std::string& extension) const {
   return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
     return EndsInAnyCase(name, extension);
@@ -355,8 +332,11 @@ TrackSequence ReadTracks(const std::string& path,
                          others);
   }
   TrackSequence tracks = format.read(path, options);
+  // The format was read in its usual unit, although the file has another one.
   if (unit_m > 0.0 && unit_m != *format.unit_m) {
-    Scale(unit_m / *format.unit_m, &tracks);
+    for (TrackFrame& frame : tracks.frames) {
+      Scale(unit_m / *format.unit_m, &frame);
+    }
   }
   return tracks;
 }
@@ -368,8 +348,8 @@ double ParseLengthUnit(const std::string& text, const std::string& flag) {
   Refuse("{}: found '{}', expected m, cm or mm", flag, Printable(text));
 }
 
-bool LeavesUnitOpen(const std::string& path, const TrackReadOptions& options) {
-  return FormatOfTracks(path, options).unit_m.has_value();
+bool LeavesUnitOpen(const std::string& path) {
+  return FormatOfTracks(path, {}).unit_m.has_value();
 }
 
 PersonNames ReadPersonNames(const std::string& path) {

@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/data/identity_edit.h"
@@ -32,8 +33,7 @@ struct TrackHead {
   std::string beginning;           // of a file: its first 64 KiB
 
   bool HasKey(const std::string& key) const;
-  std::vector<std::string> FirstRow() const;  // of a table
-  bool BeginsWith(const std::string& text) const {
+  bool BeginsWith(std::string_view text) const {
     return beginning.compare(0, text.size(), text) == 0;
   }
   // Whether the folder contains a file of this extension.
@@ -52,13 +52,6 @@ struct TrackFormat {
                          const TrackExportOptions& options,
                          LostFields* lost_fields);
 
-  enum class Files {
-    kOne,          // the whole recording
-    kFileAPerson,  // a folder with one file per person; a path with the
-                   // extension of these files is the file of one person
-    kFileAFrame,   // a folder with one file per frame
-  };
-
   std::string name;
   std::string layout;  // one line for users
   // Extensions for which this format is written; empty if others take
@@ -76,8 +69,10 @@ struct TrackFormat {
   bool has_marker_names = false;   // joints may be renamed when writing
   bool keeps_names = false;        // names of people are written
   ReadNames read_names = nullptr;  // reads the names of people in the file
-  Files files = Files::kOne;
-  std::string person_extension = "";  // for one file per person
+  // Extension of the files in a folder with one file per person; a path with
+  // it is the file of one person. Empty for other formats.
+  std::string person_extension = "";
+  bool is_file_a_frame = false;  // a folder with one file per frame
   // Every file that it recognises contains tracks.
   bool is_unmistakable = true;
   // kinegraph-adapters recognises and reads it (if `read`) and writes it.

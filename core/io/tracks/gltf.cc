@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -40,24 +41,6 @@ enum BufferTarget { kNoTarget = 0, kVertices = 34962, kIndices = 34963 };
 
 void PadTo4(char with, std::string* bytes) {
   while (bytes->size() % 4 != 0) *bytes += with;
-}
-
-std::string Base64(const std::string& bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    uint32_t group = 0;
-    for (size_t k = 0; k < 3; ++k) {
-      const auto byte =
-          i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0;
-      group = group << 8 | byte;
-    }
-    for (size_t k = 0; k < 4; ++k) {
-      text += i + k > bytes.size() ? '=' : kDigits[group >> (18 - 6 * k) & 63];
-    }
-  }
-  return text;
 }
 
 // A JSON array that is stored as text while it grows: a tree of JSON values for
@@ -460,8 +443,9 @@ void WriteText(const Scene& scene, AtomicFile* file) {
   file->Write(scene.Document());
   file->Write(",\"uri\":\"data:application/octet-stream;base64,");
   constexpr size_t kPiece = 3 << 18;  // three bytes make four base64 digits
-  for (size_t at = 0; at < scene.bytes().size(); at += kPiece) {
-    file->Write(Base64(scene.bytes().substr(at, kPiece)));
+  const std::string_view bytes = scene.bytes();
+  for (size_t at = 0; at < bytes.size(); at += kPiece) {
+    file->Write(Base64(bytes.substr(at, kPiece)));
   }
   file->Write("\"}]}\n");
 }

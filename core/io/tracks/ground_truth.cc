@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 #include "core/base/constants.h"
@@ -118,6 +119,22 @@ std::vector<std::string> ListScenes(const std::string& path) {
   return files;
 }
 
+void ReadBody(const JsonObject& body, Pose3d* pose) {
+  constexpr std::string_view kKey = "joints19";
+  std::vector<double> numbers(4 * pose->size());
+  AsNumbers(Required(body, kKey), kKey, numbers.size(), numbers.data());
+  for (size_t j = 0; j < pose->size(); ++j) {
+    const double* at_cm = &numbers[4 * j];
+    const double confidence = at_cm[3];
+    if (!(confidence > 0.0)) continue;
+    Joint3d& joint = (*pose)[j];
+    joint = ObservedJoint(kMetresPerCentimetre * Eigen::Vector3d(at_cm));
+    if (joint.present() && confidence <= kInferredConfidence) {
+      joint.status = JointStatus::kInferred;
+    }
+  }
+}
+
 void ReadPanopticFrame(JsonValue root, int64_t frame,
                        TrackCollector* collector) {
   if (!collector->Touch(frame)->people.empty()) {
@@ -128,8 +145,7 @@ void ReadPanopticFrame(JsonValue root, int64_t frame,
   for (const JsonValue value : bodies) {
     const JsonObject body = AsObject(value, "bodies");
     const TrackId id(AsId(Required(body, "id"), "id"));
-    ReadWeighted(body, "joints19", kMetresPerCentimetre, kInferredConfidence,
-                 &collector->Add(frame, id)->joints);
+    ReadBody(body, &collector->Add(frame, id)->joints);
   }
 }
 
@@ -139,8 +155,7 @@ void WriteBody(const PersonPose& person, const std::vector<int>& map,
   out->Join(map, [&](int j) {
     const Joint3d joint =
         j >= 0 ? person.joints[static_cast<size_t>(j)] : Joint3d();
-    Eigen::Vector3d at_cm = Eigen::Vector3d::Zero();
-    if (joint.present()) at_cm = kCentimetresPerMetre * joint.position_m;
+    const Eigen::Vector3d at_cm = CentimetresOf(joint);
     out->Numbers({at_cm.x(), at_cm.y(), at_cm.z()});
     out->Text(joint.present() ? ", 1" : ", -1");
   });
@@ -165,11 +180,10 @@ void WriteFourDAssociationTracks(const std::string& path,
                                  const TrackSequence& tracks,
                                  const TrackExportOptions& /*options*/,
                                  LostFields* lost_fields) {
-  constexpr int64_t kMaxFrames = 10'000'000;
   const int64_t first = tracks.frames.empty() ? 0 : tracks.frames[0].frame;
   const int64_t count =
       tracks.frames.empty() ? 0 : tracks.frames.back().frame - first + 1;
-  if (count > kMaxFrames) {
+  if (count > kMaxRows) {
     Refuse(
         "the tracks span {} frames, which is too many for this format: it has "
         "an entry for each",

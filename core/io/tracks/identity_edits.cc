@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <utility>
 
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
@@ -99,11 +98,7 @@ Json ToJson(const IdentityEdit& edit) {
     json["frames"] = {edit.frames->first, edit.frames->last};
   }
   if (!edit.name.empty()) json["name"] = edit.name;
-  if (!edit.evidence.empty()) {
-    for (const auto& [key, value] : edit.evidence) {
-      json["evidence"][key] = value;
-    }
-  }
+  for (const auto& [key, value] : edit.evidence) json["evidence"][key] = value;
   if (edit.margin.has_value()) json["margin"] = *edit.margin;
   return json;
 }

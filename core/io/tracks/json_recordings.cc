@@ -34,27 +34,6 @@ auto ReadJsonFile(const std::string& path, const Read& read) {
       path, [&] { return place; }, [&] { return read(root, &place); });
 }
 
-// Calls `read` with each object of the array `key`.
-template <typename Read>
-void ForEachObject(const JsonArray& array, const std::string& key,
-                   std::string* place, const Read& read) {
-  size_t index = 0;
-  for (const JsonValue value : array) {
-    *place = key + "[" + std::to_string(index++) + "]";
-    read(AsObject(value, key));
-  }
-}
-
-Vector3d PositionOrZero(const Joint3d& joint) {
-  return joint.present() ? joint.position_m : Vector3d(Vector3d::Zero());
-}
-
-void WritePoint(const Vector3d& at, JsonOutput* out) {
-  out->Text("[");
-  out->Numbers({at.x(), at.y(), at.z()});
-  out->Text("]");
-}
-
 // ---- poses ----
 
 // The skeleton assumed for this number of joints, or null.
@@ -111,12 +90,15 @@ TrackSequence ReadPoses(JsonValue outermost, const TrackReadOptions& options,
     skeleton = *known;
   }
   TrackCollector collector("poses", skeleton, options);
-  ForEachObject(poses, "poses", place, [&](const JsonObject& pose) {
+  size_t index = 0;
+  for (const JsonValue value : poses) {
+    *place = "poses[" + std::to_string(index++) + "]";
+    const JsonObject pose = AsObject(value, "poses");
     const int64_t frame = AsFrame(Required(pose, "frame"), "frame");
     const TrackId id(AsId(Required(pose, "id"), "id"));
     ReadJoints(AsArray(Required(pose, key), key), key,
                &collector.Add(frame, id)->joints);
-  });
+  }
   return collector.Finish();
 }
 
@@ -186,8 +168,8 @@ TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
                            rate_hz);
   std::set<int64_t> seen;
   for_each_frame([&](const JsonObject& frame, const JsonArray& poses) {
-    const LongcwTime time = ReadLongcwTime(Required(frame, "timestamp"),
-                                           collector.header().frame_rate_hz);
+    const LongcwTime time =
+        ReadLongcwTime(Required(frame, "timestamp"), rate_hz);
     if (!seen.insert(time.frame).second) {
       Refuse("frame {} appears twice", time.frame);
     }
@@ -242,7 +224,10 @@ void WriteLongcwTracks(const std::string& path, const TrackSequence& tracks,
     out.Join(frame.people, [&](const PersonPose& person) {
       out.Add("{\"id\": ", person.id.value(), ", \"points_3d\": [");
       out.Join(person.joints, [&](const Joint3d& joint) {
-        WritePoint(kCentimetresPerMetre * PositionOrZero(joint), &out);
+        const Vector3d at_cm = CentimetresOf(joint);
+        out.Text("[");
+        out.Numbers({at_cm.x(), at_cm.y(), at_cm.z()});
+        out.Text("]");
       });
       out.Text("], \"scores\": [");
       out.Join(person.joints, [&](const Joint3d& joint) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -39,6 +38,13 @@ double MedianExtent(const TrackSequence& tracks) {
 // Accepts sizes from a newborn to a tall person with raised arms.
 bool IsPlausible(double extent_m) { return extent_m > 0.3 && extent_m < 5.0; }
 
+// The axis of the component with the largest magnitude.
+int LargestAxis(const Vector3d& direction) {
+  Eigen::Index axis = 0;
+  direction.cwiseAbs().maxCoeff(&axis);
+  return static_cast<int>(axis);
+}
+
 // Text such as "-y", or "(0.1, -0.7, 0.7)" if the direction is near no axis.
 std::string DirectionText(const Vector3d& direction) {
   const auto axis = NearestAxis(direction, kNear_deg);
@@ -47,8 +53,7 @@ std::string DirectionText(const Vector3d& direction) {
     return fmt::format("({:.1f}, {:.1f}, {:.1f})", unit.x(), unit.y(),
                        unit.z());
   }
-  Eigen::Index index = 0;
-  axis->cwiseAbs().maxCoeff(&index);
+  const int index = LargestAxis(*axis);
   return std::string((*axis)[index] < 0.0 ? "-" : "") +
          static_cast<char>('x' + index);
 }
@@ -88,10 +93,9 @@ std::optional<Vector3d> StatedUp(const TrackFormat& format) {
   return Vector3d(Vector3d::UnitZ());
 }
 
-std::optional<Vector3d> StatedUp(const std::string& path,
-                                 const TrackReadOptions& options) {
+std::optional<Vector3d> StatedUp(const std::string& path) {
   if (IsPipe(path)) return std::nullopt;
-  return StatedUp(FormatOfTracks(path, options));
+  return StatedUp(FormatOfTracks(path, {}));
 }
 
 std::optional<AxesNote> FindAxesNote(const Stance& stance,
@@ -101,9 +105,8 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
                                      const std::optional<Vector3d>& stated) {
   if (!format.axes.has_value()) return std::nullopt;
   const AxisMap used = axes.value_or(*format.axes);
-  // The file's upward axis (X: 0), to which the format maps the world's z.
-  size_t file_axis = 0;
-  while (format.axes->axis[file_axis] != 2) ++file_axis;
+  // The file's upward axis, to which the format maps the world's z.
+  const size_t file_axis = format.axes->FileAxisOf(2);
   const Vector3d shown =
       used.sign[file_axis] * Vector3d::Unit(used.axis[file_axis]);
   const auto up = stance.UpUnlike(shown, {stated, UpOfCameras(cameras)});
@@ -113,20 +116,15 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
               " of the world, not along " + DirectionText(shown) + ", which " +
               format.name + " shows as up";
   if (const auto axis = NearestAxis(*up, kNear_deg)) {
-    Eigen::Index of_world = 0;
-    axis->cwiseAbs().maxCoeff(&of_world);
-    note.axes =
-        AxisMap::With(file_axis, static_cast<int>(of_world), (*axis)[of_world])
-            .Text();
+    const int of_world = LargestAxis(*axis);
+    note.axes = AxisMap::With(file_axis, of_world, (*axis)[of_world]).Text();
   }
   return note;
 }
 
 std::string AxesOfReading(const AxisMap& read, const Eigen::Vector3d& up) {
-  Eigen::Index axis = 0;
-  up.cwiseAbs().maxCoeff(&axis);
-  size_t of_file = 0;
-  while (read.axis[of_file] != axis) ++of_file;
+  const int axis = LargestAxis(up);
+  const size_t of_file = read.FileAxisOf(axis);
   return AxisMap::With(of_file, 2, read.sign[of_file] * up[axis]).Text();
 }
 

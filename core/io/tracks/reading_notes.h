@@ -41,8 +41,7 @@ std::optional<AxesNote> FindAxesNote(
 // format has no upward axis.
 std::optional<Eigen::Vector3d> StatedUp(const TrackFormat& format);
 // The same for a file; nullopt for a pipe.
-std::optional<Eigen::Vector3d> StatedUp(const std::string& path,
-                                        const TrackReadOptions& options = {});
+std::optional<Eigen::Vector3d> StatedUp(const std::string& path);
 
 // The --axes that map the world axis `up`, of a file read with the axes `read`,
 // to z.

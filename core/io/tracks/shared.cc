@@ -85,21 +85,6 @@ JointStatus ParseJointStatus(std::string_view text) {
          Printable(std::string(text)));
 }
 
-void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
-                  double inferred, Pose3d* pose) {
-  std::vector<double> numbers(4 * pose->size());
-  AsNumbers(Required(object, key), key, numbers.size(), numbers.data());
-  for (size_t j = 0; j < pose->size(); ++j) {
-    const double* of_joint = &numbers[4 * j];
-    if (!(of_joint[3] > 0.0)) continue;
-    Joint3d& joint = (*pose)[j];
-    joint = ObservedJoint(unit_m * Eigen::Vector3d(of_joint));
-    if (joint.present() && of_joint[3] <= inferred) {
-      joint.status = JointStatus::kInferred;
-    }
-  }
-}
-
 TrackCollector::TrackCollector(const std::string& mode,
                                const Skeleton& skeleton,
                                const TrackReadOptions& options,
@@ -150,7 +135,6 @@ TrackSequence TrackCollector::Finish() {
 
 std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
                                     const std::string& format) {
-  constexpr int64_t kMaxRows = 10'000'000;
   std::vector<TrackRow> rows;
   if (tracks.frames.empty()) return rows;
   const int64_t first = tracks.frames.front().frame;
@@ -404,11 +388,10 @@ void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields) {
 std::string WholeLetters(const std::string& text, size_t max_bytes) {
   if (text.size() <= max_bytes) return text;
   size_t end = 0;
-  while (true) {
-    const size_t next = end + LetterAt(text, end).size;
-    if (next > max_bytes) return text.substr(0, end);
+  for (size_t next = 0; next <= max_bytes; next += LetterAt(text, next).size) {
     end = next;
   }
+  return text.substr(0, end);
 }
 
 }  // namespace kinegraph

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/data/identity_edit.h"
 #include "core/io/adapters/adapter.h"
 #include "core/io/files/text_file.h"
@@ -54,6 +55,12 @@ inline Joint3d ObservedJoint(const Eigen::Vector3d& position_m) {
   return {position_m, JointStatus::kObserved};
 }
 
+// A joint's position [cm]; zero if it is missing.
+inline Eigen::Vector3d CentimetresOf(const Joint3d& joint) {
+  if (!joint.present()) return Eigen::Vector3d::Zero();
+  return kCentimetresPerMetre * joint.position_m;
+}
+
 // Parses a file as a Text (CsvRows, Words) by `read(&text)`. Errors name file
 // and line.
 template <typename Text, typename Read>
@@ -68,12 +75,6 @@ auto ReadText(const std::string& path, const Read& read) {
 // file.
 JointStatus ParseJointStatus(std::string_view text);
 
-// Reads the joints of `object`'s `key`, four numbers each: x, y, z in the unit
-// and a weight. A joint is missing unless its weight is positive, and inferred
-// if it is at most `inferred`. Its InputError does not name the file.
-void ReadWeighted(const JsonObject& object, const char* key, double unit_m,
-                  double inferred, Pose3d* pose);
-
 // Collects people; frames may be in any order.
 class TrackCollector {
  public:
@@ -81,7 +82,6 @@ class TrackCollector {
   // otherwise `file_hz`, the one that the file states.
   TrackCollector(const std::string& mode, const Skeleton& skeleton,
                  const TrackReadOptions& options, double file_hz = 0.0);
-  const TrackHeader& header() const { return header_; }
   size_t joint_count() const { return header_.skeleton.joints().size(); }
   // Returns the frame; creates it, without people, if it does not exist.
   TrackFrame* Touch(int64_t frame);
@@ -114,9 +114,11 @@ struct TrackRow {
   const TrackFrame* frame = nullptr;  // null: the tracks lack this frame
 };
 
+inline constexpr int64_t kMaxRows = 10'000'000;
+
 // One row for every frame number from the first to the last. Times of frames
 // that the tracks lack are interpolated linearly. Throws InputError naming the
-// format if there are more than ten million rows.
+// format for more than kMaxRows.
 std::vector<TrackRow> MakeTrackRows(const TrackSequence& tracks,
                                     const std::string& format);
 

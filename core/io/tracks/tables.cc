@@ -77,16 +77,14 @@ size_t ColumnOf(const std::string& title,
 
 class CsvTrackReader {
  public:
-  CsvTrackReader(std::string_view text, const TrackReadOptions& options)
-      : text_(text), options_(options), rows_(text) {}
+  explicit CsvTrackReader(std::string_view text) : text_(text), rows_(text) {}
 
   std::string Place() const { return rows_.Place(); }
 
-  TrackSequence Read() {
+  TrackSequence Read(const TrackReadOptions& options) {
     const std::vector<std::string> labels = JointNames();
     for (size_t j = 0; j < labels.size(); ++j) place_.emplace(labels[j], j);
-    TrackCollector collector("csv", SkeletonOfNames(labels, options_),
-                             options_);
+    TrackCollector collector("csv", SkeletonOfNames(labels, options), options);
     ForEachRow([&](const std::vector<std::string>& cells) {
       ReadRow(cells, &collector);
     });
@@ -191,7 +189,6 @@ class CsvTrackReader {
   }
 
   const std::string_view text_;
-  const TrackReadOptions& options_;
   CsvRows rows_;
   std::array<std::optional<size_t>, kColumns.size()> column_;
   std::unordered_map<std::string, size_t> place_;  // of labels
@@ -281,7 +278,6 @@ class CsvWriter {
 // 0, the person's id is 0.
 
 constexpr const char* kFreeMoCap = "freemocap";
-constexpr std::string_view kNumpyMagic = "\x93NUMPY";
 
 void AddRow(int64_t frame, const double* numbers, TrackCollector* collector) {
   Pose3d joints(collector->joint_count());
@@ -353,7 +349,7 @@ TrackSequence ReadArray(const std::string& path,
 // Whether the file is an array of the shape [frames, points, 3].
 bool IsArrayOfPoints(const std::string& beginning) {
   const size_t shape = beginning.find("'shape': (");
-  if (beginning.compare(0, kNumpyMagic.size(), kNumpyMagic) != 0 ||
+  if (beginning.compare(0, kNpyMagic.size(), kNpyMagic) != 0 ||
       shape == std::string::npos) {
     return false;
   }
@@ -403,35 +399,33 @@ void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
 }  // namespace
 
 bool RecogniseCsvTracks(const TrackHead& head) {
-  const std::vector<std::string> row = head.FirstRow();
+  const std::vector<std::string> row = FirstCsvRow(head.beginning);
   return row.size() > kJoint &&
          std::equal(row.begin(), row.begin() + kJoint + 1, kColumns.begin());
 }
 
 TrackSequence ReadCsvTracks(const std::string& path,
                             const TrackReadOptions& options) {
-  const std::string text = ReadTextFile(path);
-  CsvTrackReader reader(text, options);
-  return Located(
-      path, [&] { return reader.Place(); }, [&] { return reader.Read(); });
+  return ReadText<CsvTrackReader>(
+      path, [&](CsvTrackReader* reader) { return reader->Read(options); });
 }
 
 PersonNames ReadCsvNames(const std::string& path) {
-  PersonNames names;
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  std::vector<std::string> cells;
-  if (!rows.Next(&cells)) return names;
-  const size_t width = cells.size();
-  const size_t of_id = ColumnOf("id", cells);
-  const size_t of_name = ColumnOf("name", cells);
-  if (of_name == width || of_id == width) return names;
-  while (rows.Next(&cells)) {
-    if (cells.size() != width || cells[of_name].empty()) continue;
-    const std::optional<TrackId> id = PersonIdOf(cells[of_id]);
-    if (id.has_value()) names.emplace(*id, PlainCell(cells[of_name]));
-  }
-  return names;
+  return ReadText<CsvRows>(path, [](CsvRows* rows) {
+    PersonNames names;
+    std::vector<std::string> cells;
+    if (!rows->Next(&cells)) return names;
+    const size_t width = cells.size();
+    const size_t of_id = ColumnOf("id", cells);
+    const size_t of_name = ColumnOf("name", cells);
+    if (of_name == width || of_id == width) return names;
+    while (rows->Next(&cells)) {
+      if (cells.size() != width || cells[of_name].empty()) continue;
+      const std::optional<TrackId> id = PersonIdOf(cells[of_id]);
+      if (id.has_value()) names.emplace(*id, PlainCell(cells[of_name]));
+    }
+    return names;
+  });
 }
 
 void WriteCsvTracks(const std::string& path, const TrackSequence& tracks,
@@ -452,13 +446,14 @@ void WriteCsvTracks(const std::string& path, const TrackSequence& tracks,
 
 bool RecogniseFreeMoCapTracks(const TrackHead& head) {
   const std::string& text = head.beginning;  // empty for a folder
-  return IsArrayOfPoints(text) || (text.find('\n') != std::string::npos &&
-                                   !PointsOf(head.FirstRow()).empty());
+  return IsArrayOfPoints(text) ||
+         (text.find('\n') != std::string::npos &&
+          !PointsOf(FirstCsvRow(head.beginning)).empty());
 }
 
 TrackSequence ReadFreeMoCapTracks(const std::string& path,
                                   const TrackReadOptions& options) {
-  if (BeginningOf(path, kNumpyMagic.size()) == kNumpyMagic) {
+  if (BeginningOf(path, kNpyMagic.size()) == kNpyMagic) {
     return ReadArray(path, options);
   }
   return ReadText<CsvRows>(

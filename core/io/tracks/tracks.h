@@ -50,8 +50,7 @@ double ParseLengthUnit(const std::string& text,
                        const std::string& flag = "--unit");
 // Whether the format of the path does not specify its unit. Throws like
 // FormatOfTracks.
-bool LeavesUnitOpen(const std::string& path,
-                    const TrackReadOptions& options = {});
+bool LeavesUnitOpen(const std::string& path);
 
 // Reads all frames. Throws InputError naming the file, OptionError for invalid
 // options. Frames without people are kept (TUM: all 3200). Positions are

@@ -86,7 +86,6 @@ struct TrcHeader {
 };
 
 TrcHeader ReadTrcHeader(TrcLines* lines) {
-  constexpr int64_t kMaxRows = 10'000'000;
   TrcHeader header;
   const std::vector<std::string_view> first = lines->Need();
   if (first[0].substr(0, kTrcMark.size()) != kTrcMark) {
@@ -222,7 +221,7 @@ std::string TrcHeaderText(const std::string& file_name,
 }  // namespace
 
 bool RecogniseTrcTracks(const TrackHead& head) {
-  return head.BeginsWith(std::string(kTrcMark)) || head.HasFile(kTrcExtension);
+  return head.BeginsWith(kTrcMark) || head.HasFile(kTrcExtension);
 }
 
 TrackSequence ReadTrcTracks(const std::string& path,

@@ -1,7 +1,6 @@
 // TUM's actorsGT.mat of Campus and Shelf, a MATLAB file that an adapter reads
 // and writes. An actor's id is its index, the frame number the index of the
 // entry, both from 0.
-#include "core/io/files/atomic_file.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/shared.h"
 

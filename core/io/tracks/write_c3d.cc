@@ -179,7 +179,7 @@ int CameraMask(const PersonPose& person, size_t joint_idx) {
   return mask;
 }
 
-// Everything before the points.
+// The parts of a file.
 class C3dRecording {
  public:
   C3dRecording(const TrackSequence& tracks, const TrackExportOptions& options)
@@ -300,9 +300,7 @@ class C3dRecording {
     }
     // The direction of a world axis in the file, such as "+Z".
     const auto axis_of = [this](int of_world) {
-      const auto i = static_cast<size_t>(
-          std::find(axes_.axis.begin(), axes_.axis.end(), of_world) -
-          axes_.axis.begin());
+      const size_t i = axes_.FileAxisOf(of_world);
       return std::string(axes_.sign[i] < 0.0 ? "-" : "+") +
              static_cast<char>('X' + i);
     };

@@ -7,7 +7,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -29,6 +28,7 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
+#include "tests/core/io/tracks/recordings.h"
 #include "tests/support/mat_file.h"
 #include "tests/support/processor_time.h"
 #include "tests/support/test_data.h"
@@ -45,6 +45,7 @@ using testing::MatFile;
 using testing::ProcessorTime;
 using testing::ProjectFile;
 using testing::TemporaryFolder;
+using testing::WriteAs;
 
 // The limit is far above the time of a rejection and far below the time of
 // reading data of the declared size.
@@ -324,13 +325,6 @@ TrackSequence OnePerson(int64_t id, const std::string& joint) {
   frame.people.push_back(person);
   tracks.frames.push_back(frame);
   return tracks;
-}
-
-LostFields WriteAs(const std::string& format, const std::string& path,
-                   const TrackSequence& tracks) {
-  LostFields lost_fields;
-  FindTrackFormat(format)->write(path, tracks, {}, &lost_fields);
-  return lost_fields;
 }
 
 int64_t FirstIdIn(const std::string& path, const std::string& format) {

@@ -24,6 +24,7 @@ using testing::MatCell;
 using testing::MatFile;
 using testing::MatNumbers;
 using testing::TemporaryFolder;
+using testing::WithReplaced;
 
 // Name (with folders) and content of each file.
 using Files = std::map<std::string, std::string>;
@@ -46,13 +47,6 @@ std::string Repeat(const std::string& text, int count,
   std::string all;
   for (int i = 0; i < count; ++i) all += (i == 0 ? "" : separator) + text;
   return all;
-}
-
-std::string Replaced(std::string text, const std::string& what,
-                     const std::string& with) {
-  const size_t at = text.find(what);
-  EXPECT_NE(at, std::string::npos) << what;
-  return text.replace(at, what.size(), with);
 }
 
 // ---- Valid files, which the corpus corrupts ----
@@ -194,11 +188,11 @@ TEST(BrokenFiles, OpenPose) {
            {OpenPose(54), "found 54 numbers"},
            {OpenPose(74), "found 74 numbers"},
            {OpenPose(78), "found 78 numbers"},
-           {Replaced(OpenPose(75), "1.5", "\"1.5\""),
+           {WithReplaced(OpenPose(75), "1.5", "\"1.5\""),
             "found a text, expected a number"},
-           {Replaced(OpenPose(75), "[1.5", "1, \"x\": [1.5"),
+           {WithReplaced(OpenPose(75), "[1.5", "1, \"x\": [1.5"),
             "expected an array"},
-           {Replaced(OpenPose(75), "pose_keypoints_2d", "pose"),
+           {WithReplaced(OpenPose(75), "pose_keypoints_2d", "pose"),
             "pose_keypoints_2d: is missing"},
            {"{}", "people: is missing"},
            {"{\"people\": {}}", "expected an array"},
@@ -206,7 +200,7 @@ TEST(BrokenFiles, OpenPose) {
            {"[]", "expected an object"},
            {"", "is empty"},
            {" \n ", "is empty"},
-           {Replaced(OpenPose(75), "1.5", "1e400"), "out of range"},
+           {WithReplaced(OpenPose(75), "1.5", "1e400"), "out of range"},
            {OpenPose(75) + "x", "valid JSON"},
            {OpenPose(75) + OpenPose(75), "valid JSON"},
            {"{\"people\": [], \"x\": \"\xff\"}", "UTF-8"},
@@ -242,32 +236,32 @@ TEST(BrokenFiles, DetectionFolders) {
 
 TEST(BrokenFiles, Detections) {
   const auto header = [](const char* what, const std::string& with) {
-    return Replaced(DetectionHeaderLine(), what, with) + DetectionLine();
+    return WithReplaced(DetectionHeaderLine(), what, with) + DetectionLine();
   };
   const auto line = [](const char* what, const std::string& with) {
-    return DetectionHeaderLine() + Replaced(DetectionLine(), what, with);
+    return DetectionHeaderLine() + WithReplaced(DetectionLine(), what, with);
   };
   for (const Case& broken : std::vector<Case>{
-           {Replaced(Coco(), "image_id", "image"), "image_id: is missing"},
+           {WithReplaced(Coco(), "image_id", "image"), "image_id: is missing"},
            {"[" + CocoEntry("\"front.jpg\"") + "]",
             "entry 0: 'front.jpg' contains no frame number"},
            {"[" + CocoEntry() + "," + CocoEntry("-1") + "]",
             "entry 1: image_id: found -1"},
            {"[" + CocoEntry("1.5") + "]", "expected an integer"},
            {"[" + CocoEntry("9000000000000000000") + "]", "image_id: found"},
-           {Replaced(Coco(), "[2.5, 2.5, ", "["),
+           {WithReplaced(Coco(), "[2.5, 2.5, ", "["),
             "found 49 numbers, expected 51"},
            {"[1]", "entry 0"},
            {"[" + CocoEntry(), "valid JSON"},
            {std::string(100000, '['), "nested too deeply"},
-           {Replaced(Longcw2d(), "\"camera\"", "\"cam\""),
+           {WithReplaced(Longcw2d(), "\"camera\"", "\"cam\""),
             "camera: is missing"},
            {"{\"image_wh\": [1, 1], \"frames\": {}}", "frames: is empty"},
-           {Replaced(Longcw2d(), "0.04, ", "-9.04, "), "timestamp"},
-           {Replaced(Longcw2d(), "0.04, ", "1e300, "), "timestamp"},
-           {Replaced(Longcw2d(), "[7, 8], ", ""), "found 13 joints"},
-           {Replaced(Longcw2d(), "[1, 1", "[1"), "found 13 numbers"},
-           {Replaced(Longcw2d(), "[7, 8]", "[7, 8, 9]"), "found 3 numbers"},
+           {WithReplaced(Longcw2d(), "0.04, ", "-9.04, "), "timestamp"},
+           {WithReplaced(Longcw2d(), "0.04, ", "1e300, "), "timestamp"},
+           {WithReplaced(Longcw2d(), "[7, 8], ", ""), "found 13 joints"},
+           {WithReplaced(Longcw2d(), "[1, 1", "[1"), "found 13 numbers"},
+           {WithReplaced(Longcw2d(), "[7, 8]", "[7, 8, 9]"), "found 3 numbers"},
            {"{\"3d_pairs\": {}}", "smap was removed"},
            {"{\"x\": 1}", "no known"},
            {"hello", "no known"},
@@ -325,13 +319,13 @@ TEST(BrokenFiles, Detections) {
 
 TEST(BrokenFiles, Tracks) {
   const auto header = [](const char* what, const std::string& with) {
-    return Replaced(TrackHeaderLine(), what, with) + TrackLine(kPersonText);
+    return WithReplaced(TrackHeaderLine(), what, with) + TrackLine(kPersonText);
   };
   const auto person = [](const char* what, const std::string& with) {
-    return TrackHeaderLine() + TrackLine(Replaced(kPersonText, what, with));
+    return TrackHeaderLine() + TrackLine(WithReplaced(kPersonText, what, with));
   };
   const auto gt = [](const char* what, const std::string& with) {
-    return Replaced(FourDAssociation(), what, with);
+    return WithReplaced(FourDAssociation(), what, with);
   };
   Check(kTracks, {}, "nowhere", "No such file");
   Check(kTracks, {{"x/y", ""}}, "x", "is in no known format of tracks");
@@ -393,29 +387,32 @@ TEST(BrokenFiles, Tracks) {
            {gt("15 2", "0 2"), "number of joints"},
            {"15 1\n2\n" + Repeat("3 " + Repeat("0", 60, " "), 2, "\n"),
             "person 3 appears twice"},
-           {Replaced(Longcw3d(), "\"id\": 1", "\"id\": -1"), "entry 0: id"},
-           {Replaced(Longcw3d(), "\"id\": 1", "\"id\": 118446744073709551615"),
+           {WithReplaced(Longcw3d(), "\"id\": 1", "\"id\": -1"), "entry 0: id"},
+           {WithReplaced(Longcw3d(), "\"id\": 1",
+                         "\"id\": 118446744073709551615"),
             "valid JSON"},
-           {Replaced(Longcw3d(), "[1, 2, 3], ", ""), "found 16 joints"},
-           {Replaced(Longcw3d(), "[1, 1,", "[1,"), "scores: found 16 numbers"},
-           {Replaced(Longcw3d(), "timestamp", "t"), "timestamp: is missing"},
-           {Replaced(Longcw3d(), "0.04", "-0.04"), "timestamp"},
+           {WithReplaced(Longcw3d(), "[1, 2, 3], ", ""), "found 16 joints"},
+           {WithReplaced(Longcw3d(), "[1, 1,", "[1,"),
+            "scores: found 16 numbers"},
+           {WithReplaced(Longcw3d(), "timestamp", "t"),
+            "timestamp: is missing"},
+           {WithReplaced(Longcw3d(), "0.04", "-0.04"), "timestamp"},
            {"[{\"timestamp\": 1, \"poses\": []}, "
             "{\"timestamp\": 1.01, \"poses\": []}]",
             "entry 1: frame 25 appears twice"},
            {Coco(), "poses: is missing"},
-           {Replaced(Poses(), "\"m\"", "\"mm\""), "unit: found 'mm'"},
-           {Replaced(Poses(), "3,", "-3,"), "poses[0]: frame: found -3"},
-           {Replaced(Poses(), "[1, 2, 3], ", ""), "joints: found 16"},
-           {Replaced(Poses(), "[1, 2, 3]", "\"x\""), "found a text"},
-           {Replaced(Poses(), "[{",
-                     "[{\"frame\": 3, \"id\": 0, \"joints\": [" +
-                         Repeat("null", 17) + "]}, {"),
+           {WithReplaced(Poses(), "\"m\"", "\"mm\""), "unit: found 'mm'"},
+           {WithReplaced(Poses(), "3,", "-3,"), "poses[0]: frame: found -3"},
+           {WithReplaced(Poses(), "[1, 2, 3], ", ""), "joints: found 16"},
+           {WithReplaced(Poses(), "[1, 2, 3]", "\"x\""), "found a text"},
+           {WithReplaced(Poses(), "[{",
+                         "[{\"frame\": 3, \"id\": 0, \"joints\": [" +
+                             Repeat("null", 17) + "]}, {"),
             "poses[1]: frame 3: person 0 appears twice"},
            {Panoptic(), "frame number", "body.json"},
-           {Replaced(Panoptic(), "1, 2, 3, ", ""), "joints19: found 73 numbers",
-            "body_1.json"},
-           {Replaced(
+           {WithReplaced(Panoptic(), "1, 2, 3, ", ""),
+            "joints19: found 73 numbers", "body_1.json"},
+           {WithReplaced(
                 Panoptic(), "[{",
                 "[{\"id\": 4, \"joints19\": [" + Repeat("0", 76) + "]}, {"),
             "person 4 appears twice", "body_1.json"},
@@ -424,8 +421,8 @@ TEST(BrokenFiles, Tracks) {
            {"MATLAB 5.0" + std::string(116, ' ') + "MI",
             "is truncated or damaged"},
            {std::string(100000, '['), "nested too deeply"},
-           {Replaced(Longcw3d(), "[1, 2, 3]",
-                     std::string(5000, '[') + std::string(5000, ']')),
+           {WithReplaced(Longcw3d(), "[1, 2, 3]",
+                         std::string(5000, '[') + std::string(5000, ']')),
             "nested too deeply"},
        }) {
     Check(kTracks, {{broken.file, broken.content}}, broken.file,
@@ -435,7 +432,7 @@ TEST(BrokenFiles, Tracks) {
 
 TEST(BrokenFiles, HeldOutSets) {
   const auto set = [](const char* what, const std::string& with) {
-    return Replaced(HeldOut(), what, with);
+    return WithReplaced(HeldOut(), what, with);
   };
   Check(kHeldOut, {}, "nowhere", "No such file");
   Check(kHeldOut, {{"x/y", ""}}, "x", "is a folder");
@@ -460,7 +457,7 @@ TEST(NotANumber, IsAMissingJoint) {
                          const std::string& name) {
     std::vector<int> counts;
     for (const std::string number : {"NaN", "-Infinity", "Infinity", "null"}) {
-      folder.Write(name, Replaced(content, what, number));
+      folder.Write(name, WithReplaced(content, what, number));
       const DetectionSequence read = ReadDetections(PathOf(folder, name));
       const Detection* person = nullptr;
       for (const ViewDetections& view : read.frames.at(0).views) {
@@ -478,7 +475,7 @@ TEST(NotANumber, IsAMissingJoint) {
   EXPECT_THAT(found(Detections(), "0.5", "d.jsonl"), ::testing::Each(0));
   for (const std::string number : {"NaN", "-Infinity", "null"}) {
     folder.Write("p.json",
-                 Replaced(Poses(), "[1, 2, 3]", "[" + number + ", 2, 3]"));
+                 WithReplaced(Poses(), "[1, 2, 3]", "[" + number + ", 2, 3]"));
     EXPECT_EQ(CountPresent(ReadTracks(PathOf(folder, "p.json"))
                                .frames.at(0)
                                .people.at(0)

@@ -267,6 +267,8 @@ TEST_F(TracksC3d, UnitsAxesAndErrors) {
   const TrackSequence turned = ReadTracks(Put(in("m").Make()), options);
   EXPECT_EQ(turned.frames[0].people[0].joints[0].position_m,
             Vector3d(1.0, -30.0, 20.0));
+  EXPECT_EQ(InputErrorOf([] { ReadForcePlates("/nowhere.c3d"); }),
+            "/nowhere.c3d: cannot be read: No such file or directory");
   EXPECT_THAT(ErrorOf(in("inch")),
               HasSubstr("walk.c3d: POINT:UNITS: found 'inch'"));
   const std::string whole = in("mm").Make();

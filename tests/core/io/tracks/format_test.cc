@@ -9,9 +9,11 @@
 
 #include "core/base/error.h"
 #include "core/data/limits.h"
+#include "core/io/conversion.h"
 #include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/writer.h"
+#include "tests/core/io/input_error.h"
 #include "tests/core/io/tracks/recordings.h"
 #include "tests/support/opensim_trc.h"
 #include "tests/support/rig.h"
@@ -38,9 +40,6 @@ TEST(TrackFormats, NamesAndExtensionsAreUnique) {
       EXPECT_EQ(TrackFormatOfExtension("a/b" + extension), &format);
       EXPECT_THAT(TrackExtensions(), HasSubstr(extension));
     }
-    if (format.files == TrackFormat::Files::kFileAPerson) {
-      EXPECT_FALSE(format.person_extension.empty()) << format.name;
-    }
   }
   EXPECT_EQ(FindTrackFormat("auto"), nullptr);
   EXPECT_EQ(TrackFormatOfExtension("csv"), nullptr);
@@ -59,6 +58,11 @@ TEST(TrackFormats, ExtensionsMayBeCapitals) {
   }
   EXPECT_EQ(RecogniseKind(path), FileKind::kTracks);
   EXPECT_EQ(ReadTracks(path).frames.size(), tracks.frames.size());
+  ConversionOptions conversion;
+  conversion.in = path;
+  conversion.out = folder.path() / "TAKE.TRC";
+  EXPECT_THAT(testing::InputErrorOf([&] { Convert(conversion); }),
+              HasSubstr("choose one with --person"));
 }
 
 // Recognition does not depend on the order of the registry.
@@ -204,6 +208,12 @@ TEST(PersonNames, InvalidNamesAreRefused) {
         "{\"kinegraph\": 1, \"names\": " + std::string(names) + "}\n");
     EXPECT_THROW(ReadPersonNames(path), InputError) << names;
   }
+  const std::string table =
+      folder.Write("a.csv",
+                   "frame,time_s,id,joint,x_m,y_m,z_m,status,name\n"
+                   "1,0,2,\"nose");
+  EXPECT_THAT(testing::InputErrorOf([&] { ReadPersonNames(table); }),
+              HasSubstr("a.csv: line 2"));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <string>
 
+#include "core/base/constants.h"
 #include "tests/core/io/input_error.h"
 #include "tests/core/io/tracks/recordings.h"
 #include "tests/support/test_data.h"
@@ -22,8 +23,7 @@ using testing::TemporaryFolder;
 using testing::Walk;
 
 Eigen::Matrix3d Turned(double deg, const Vector3d& axis) {
-  return Eigen::AngleAxisd(deg * 3.14159265358979323846 / 180.0, axis)
-      .toRotationMatrix();
+  return Eigen::AngleAxisd(deg * kPi / 180.0, axis).toRotationMatrix();
 }
 
 std::optional<AxesNote> NoteOf(const TrackSequence& tracks,

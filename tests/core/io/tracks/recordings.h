@@ -3,7 +3,6 @@
 #define KINEGRAPH_TESTS_CORE_IO_TRACKS_RECORDINGS_H_
 
 #include <Eigen/Geometry>
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
