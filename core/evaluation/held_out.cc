@@ -300,9 +300,8 @@ RatioSeries TruncatedErrors(const HeldOutScores& scores,
   for (const HeldOutJoint& joint : scores.joints) {
     const HeldOutPerson& person = scores.people[joint.person_idx];
     if (!filter(person, joint)) continue;
-    RatioUnit& unit = units[UnitOf(frames, person.frame)];
-    unit.sum += std::min(joint.error_px, kHeldOutTruncationPx);
-    unit.weight += 1.0;
+    units[UnitOf(frames, person.frame)].Add(
+        std::min(joint.error_px, kHeldOutTruncationPx));
   }
   return units;
 }

@@ -54,11 +54,10 @@ ParityResult EvaluateParity(const TrackSequence& reference,
   ParityResult result;
   IdentityMap found_of, expected_of;
   std::set<TrackId> identities, reference_identities;
-  const std::vector<PersonPose> nobody;
   for (const FramePair& both :
        PairFrames(reference, tracks, options.frames).pairs) {
-    const auto& expected = both.truth ? both.truth->people : nobody;
-    const auto& found = both.tracks ? both.tracks->people : nobody;
+    const std::vector<PersonPose>& expected = PeopleOf(both.truth);
+    const std::vector<PersonPose>& found = PeopleOf(both.tracks);
     std::vector<const PersonPose*> match(expected.size(), nullptr);
     std::vector<bool> is_paired(found.size());
     for (const CostPair& pair :

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 

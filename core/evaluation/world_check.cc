@@ -34,8 +34,7 @@ std::vector<Sample> Samples(const FramePairing& frames,
   constexpr size_t kMostFrames = 200;
   std::vector<const FramePair*> both;
   for (const FramePair& pair : frames.pairs) {
-    if (pair.truth == nullptr || pair.truth->people.empty()) continue;
-    if (pair.tracks == nullptr || pair.tracks->people.empty()) continue;
+    if (PeopleOf(pair.truth).empty() || PeopleOf(pair.tracks).empty()) continue;
     both.push_back(&pair);
   }
   const size_t stride = (both.size() + kMostFrames - 1) / kMostFrames;
@@ -65,12 +64,6 @@ double ExtentOf(const std::vector<Sample>& samples) {
     }
   }
   return Median(std::move(extents_m));
-}
-
-JointPairs SameJoints(size_t count) {
-  JointPairs joints;
-  for (int j = 0; j < static_cast<int>(count); ++j) joints.push_back({j, j});
-  return joints;
 }
 
 struct Fit {
