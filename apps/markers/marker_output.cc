@@ -426,20 +426,16 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
   PlotSeries right = {"ideal", PlotStyle::kLine, {0.0, 100.0}, {0.0, 100.0}};
   right.dashed = true;
   plot.series.push_back(right);
-  const struct {
-    const char* name;
-    const Calibration& calibration;
-  } curves[] = {{"observed", agreement.observed},
-                {"inferred", agreement.inferred},
-                {"no offset", agreement.pooled.after_offset}};
-  for (const auto& curve : curves) {
-    if (curve.calibration.count() == 0) continue;
-    PlotSeries line = {
-        curve.name + (", n " + std::to_string(curve.calibration.count())),
-        PlotStyle::kLinePoints};
+  for (const auto& [name, calibration] :
+       {std::pair{"observed", &agreement.observed},
+        {"inferred", &agreement.inferred},
+        {"no offset", &agreement.pooled.after_offset}}) {
+    if (calibration->count() == 0) continue;
+    PlotSeries line = {name + (", n " + std::to_string(calibration->count())),
+                       PlotStyle::kLinePoints};
     for (int level = 1; level < kLevels; ++level) {
-      const double promised = level / static_cast<double>(kLevels);
-      line.Add(100.0 * promised, 100.0 * curve.calibration.Covered(promised));
+      const double nominal = level / static_cast<double>(kLevels);
+      line.Add(100.0 * nominal, 100.0 * calibration->Covered(nominal));
     }
     plot.series.push_back(std::move(line));
   }

@@ -26,19 +26,16 @@ void AddJoints(int64_t frame, const PersonPose* reference,
     const bool expected = reference && reference->joints[pair.a].present();
     const bool found = person && person->joints[pair.b].present();
     if (!expected && !found) continue;
-    if (expected && !found) ++result->joints_missing;
-    if (found && !expected) ++result->joints_extra;
-    if (!expected || !found) {
-      result->near.Add(false);
-      result->very_near.Add(false);
-      continue;
-    }
-    const double distance_m = (reference->joints[pair.a].position_m -
-                               person->joints[pair.b].position_m)
-                                  .norm();
+    if (!found) ++result->joints_missing;
+    if (!expected) ++result->joints_extra;
+    const bool both = expected && found;
+    const double distance_m = both ? (reference->joints[pair.a].position_m -
+                                      person->joints[pair.b].position_m)
+                                         .norm()
+                                   : kNoGate;
     result->near.Add(distance_m <= options.near_m);
     result->very_near.Add(distance_m <= options.very_near_m);
-    if (distance_m > result->worst.distance_m) {
+    if (both && distance_m > result->worst.distance_m) {
       result->worst = {distance_m, frame, reference->id, pair.a};
     }
   }

@@ -183,9 +183,10 @@ WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {
   if (2 * check.found.count > check.found.total) return check;
   Fit best = as_it_stands;
   OtherWorld other;
+  const std::vector<Matrix3d> permutations = SignedPermutations();
   // Confusions of metres, centimetres and millimetres.
   for (const double scale : {1.0, 0.001, 1000.0, 0.01, 100.0, 0.1, 10.0}) {
-    for (const Matrix3d& axes : SignedPermutations()) {
+    for (const Matrix3d& axes : permutations) {
       const Fit fit = FitOf(samples, same, axes, scale);
       if (!fit.IsBetterThan(best)) continue;
       best = fit;

@@ -177,7 +177,7 @@ struct ClockSums {
   }
 };
 
-constexpr double kStepS = 0.005;  // step for the slope of the speed
+constexpr double kSlopeStepS = 0.005;  // for the slope of the speed
 
 ClockSums SumClock(const JointPaths& truth, const JointPaths& tracks,
                    const ClockFit& clock, double half_s, double limit) {
@@ -192,11 +192,11 @@ ClockSums SumClock(const JointPaths& truth, const JointPaths& tracks,
     for (size_t j = 0; j < tracks.joint_count(); ++j) {
       const auto found = tracks.Speed(time_s, j, half_s);
       const auto expected = truth.Speed(at_s, j, half_s);
-      const auto before = truth.Speed(at_s - kStepS, j, half_s);
-      const auto after = truth.Speed(at_s + kStepS, j, half_s);
+      const auto before = truth.Speed(at_s - kSlopeStepS, j, half_s);
+      const auto after = truth.Speed(at_s + kSlopeStepS, j, half_s);
       if (!found || !expected || !before || !after) continue;
       const double residual = *expected - *found;
-      const double slope = (*after - *before) / (2.0 * kStepS);
+      const double slope = (*after - *before) / (2.0 * kSlopeStepS);
       const Vector2d row(slope, slope * (time_s - clock.middle_s));
       const double weight = HuberWeight(residual, limit);
       const Vector2d gradient = weight * residual * row;
