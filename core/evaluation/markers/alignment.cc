@@ -634,6 +634,8 @@ Alignment AlignRecordings(const TrackSequence& truth,
   constexpr int64_t kLeastCentres = 3;
   const JointPairs joints =
       CommonJoints(truth.header.skeleton, tracks.header.skeleton);
+  if (joints.empty())
+    throw InputError("has no joint in common with the tracks");
   const JointPaths truth_paths = TruthPaths(truth, joints);
   // Toes and heads may be defined differently, with different speeds.
   const JointPairs by_body =
