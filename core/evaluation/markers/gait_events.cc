@@ -156,8 +156,8 @@ class Finder {
     for (int way : {-1, 1}) {
       bool reached = false;
       double known_s = times_s_[i];
-      for (size_t k = i; k + 1 > 0 && k < values.size();
-           k += static_cast<size_t>(way)) {
+      // Below 0 the index wraps around.
+      for (size_t k = i; k < values.size(); k += static_cast<size_t>(way)) {
         // Beyond a gap the peak may be in it.
         if (std::abs(times_s_[k] - known_s) > longest_gap_s_) break;
         if (!std::isnan(values[k])) known_s = times_s_[k];
