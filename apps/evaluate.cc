@@ -268,10 +268,8 @@ void AppendMotion(const Compared& compared,
     output->text += "(no acceleration: the tracks have no frame rate)\n";
     return;
   }
-  MotionOptions options;
-  options.frames = frames;
   const EvaluationOutput motion =
-      DescribeMotion(EvaluateMotion(compared.tracks, frame_rate_hz, options));
+      DescribeMotion(EvaluateMotion(compared.tracks, frame_rate_hz, {frames}));
   output->text += motion.text;
   output->json["motion"] = motion.json;
 }
@@ -285,11 +283,9 @@ void RunPcp(PcpProtocol protocol) {
   const Compared compared = ReadBoth(protocol.frames, options);
   EvaluationOutput output = DescribePcp(
       EvaluatePcp(compared.truth, compared.tracks, protocol), FLAGS_lost);
-  MpjpeOptions options_of_joints;
-  options_of_joints.frames = protocol.frames;
   Append("joints",
          DescribePck(
-             EvaluateMpjpe(compared.truth, compared.tracks, options_of_joints)),
+             EvaluateMpjpe(compared.truth, compared.tracks, {protocol.frames})),
          &output);
   AppendMotion(compared, protocol.frames, &output);
   Finish(compared, std::move(output));

@@ -17,6 +17,7 @@
 #include "apps/common/app.h"
 #include "apps/common/table.h"
 #include "apps/common/track_files.h"
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/configuration/config.h"
@@ -123,7 +124,7 @@ Values ValuesOf(const KinematicsTable& table, const std::string& column) {
 }
 
 double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return std::nan("");
+  if (values.empty()) return kNan;
   const auto last = static_cast<double>(values.size() - 1);
   const auto at = values.begin() + std::lround(share * last);
   std::nth_element(values.begin(), at, values.end());
@@ -163,7 +164,7 @@ std::string Digest(const KinematicsTable& table, const PersonNames& names) {
       [](const auto& values) { return Fixed(Quantile(values, 0.5), 2); });
   add("pelvis along the floor: path, m", "pelvis_path_m",
       [](const auto& values) {
-        return Fixed(values.empty() ? std::nan("") : values.back(), 2);
+        return Fixed(values.empty() ? kNan : values.back(), 2);
       });
   std::string result = text.ToString();
   if (people > shown.size()) {

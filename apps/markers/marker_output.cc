@@ -164,8 +164,8 @@ std::string AxesMm(const Eigen::Vector3d& metres, bool is_signed) {
 }
 
 // The row of one joint.
-Cells ErrorRow(const JointAgreement& joint, bool is_apart) {
-  return {joint.joint + (is_apart ? " (*)" : ""),
+Cells ErrorRow(const JointAgreement& joint) {
+  return {joint.joint + (joint.is_pooled ? "" : " (*)"),
           std::to_string(joint.count),
           Mm(joint.median_m),
           Mm(joint.median_interval.low) + ".." + Mm(joint.median_interval.high),
@@ -177,28 +177,15 @@ Cells ErrorRow(const JointAgreement& joint, bool is_apart) {
           Mm(joint.after_offset_median_m)};
 }
 
-// Whether a joint is pooled: its centre is enclosed by markers, or no joint's
-// centre is.
-bool IsPooled(const MarkerStudy& study, size_t joint) {
-  const std::vector<bool>& centres = study.motion.is_centre;
-  return centres[joint] ||
-         std::count(centres.begin(), centres.end(), true) == 0;
-}
-bool IsPooled(const MarkerStudy& study, const std::string& joint) {
-  const Skeleton& skeleton = study.motion.truth.header.skeleton;
-  return IsPooled(study, static_cast<size_t>(skeleton.IndexOf(joint)));
-}
-
 std::string ErrorTable(const MarkerStudy& study) {
   Table table({"joint", "n", "median", "95 %", "mean", "RMS", "p95",
                "bias r f u", "limits", "no offset"});
   bool any_apart = false;
   for (const JointAgreement& joint : study.agreement.joints) {
-    const bool is_apart = !IsPooled(study, joint.joint);
-    any_apart = any_apart || is_apart;
-    table.AddRow(ErrorRow(joint, is_apart));
+    any_apart = any_apart || !joint.is_pooled;
+    table.AddRow(ErrorRow(joint));
   }
-  table.AddRow(ErrorRow(study.agreement.pooled, false));
+  table.AddRow(ErrorRow(study.agreement.pooled));
   return fmt::format(
       "{}\nMillimetres. 95 %: interval of the median, by bootstrap over {} of "
       "{} s. bias r f u: to the right, forward and up. limits: limits of "
@@ -374,9 +361,8 @@ Plot BlandAltman(const MarkerStudy& study, int axis) {
     const auto middle = MeanPosition(truth);
     if (!body || !middle) continue;
     for (size_t j = 0; j < joints; ++j) {
-      if (!IsPooled(study, j) || !truth[j].present() || !found[j].present()) {
-        continue;
-      }
+      if (!motion.IsPooled(j)) continue;
+      if (!truth[j].present() || !found[j].present()) continue;
       const Eigen::Vector3d a =
           body->transpose() * (truth[j].position_m - *middle);
       const Eigen::Vector3d b =
@@ -414,7 +400,7 @@ Plot ErrorsOverTime(const MarkerStudy& study) {
   plot.y.label = "distance [mm]";
   plot.y.low = 0.0;
   for (size_t j = 0; j < motion.is_centre.size(); ++j) {
-    if (!IsPooled(study, j)) continue;
+    if (!motion.IsPooled(j)) continue;
     PlotSeries line = {motion.truth.header.skeleton.joints()[j]};
     for (size_t f = 0; f < motion.truth.frames.size(); f += stride) {
       const Joint3d& a = motion.truth.frames[f].people.front().joints[j];
@@ -440,20 +426,16 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
   PlotSeries right = {"ideal", PlotStyle::kLine, {0.0, 100.0}, {0.0, 100.0}};
   right.dashed = true;
   plot.series.push_back(right);
-  const struct {
-    const char* name;
-    const Calibration& calibration;
-  } curves[] = {{"observed", agreement.observed},
-                {"inferred", agreement.inferred},
-                {"no offset", agreement.pooled.after_offset}};
-  for (const auto& curve : curves) {
-    if (curve.calibration.count() == 0) continue;
-    PlotSeries line = {
-        curve.name + (", n " + std::to_string(curve.calibration.count())),
-        PlotStyle::kLinePoints};
+  for (const auto& [name, calibration] :
+       {std::pair{"observed", &agreement.observed},
+        {"inferred", &agreement.inferred},
+        {"no offset", &agreement.pooled.after_offset}}) {
+    if (calibration->count() == 0) continue;
+    PlotSeries line = {name + (", n " + std::to_string(calibration->count())),
+                       PlotStyle::kLinePoints};
     for (int level = 1; level < kLevels; ++level) {
-      const double promised = level / static_cast<double>(kLevels);
-      line.Add(100.0 * promised, 100.0 * curve.calibration.Covered(promised));
+      const double nominal = level / static_cast<double>(kLevels);
+      line.Add(100.0 * nominal, 100.0 * calibration->Covered(nominal));
     }
     plot.series.push_back(std::move(line));
   }
@@ -528,7 +510,7 @@ Json MarkerJson(const MarkerStudy& study) {
   json["joints"] = Json::object();
   for (const JointAgreement& joint : agreement.joints) {
     Json& entry = json["joints"][joint.joint] = ToJson(joint);
-    entry["pooled"] = IsPooled(study, joint.joint);
+    entry["pooled"] = joint.is_pooled;
   }
   json["pooled"] = ToJson(agreement.pooled);
   json["pooled"]["mean_of_medians_mm"] = kMm * agreement.mean_of_medians_m;

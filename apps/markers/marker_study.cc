@@ -6,6 +6,7 @@
 
 #include "apps/common/app.h"
 #include "apps/common/track_files.h"
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/configuration/recording_files.h"
@@ -61,7 +62,7 @@ std::vector<PairedValue> PairedAngles(const KinematicsTable& truth,
                                       const KinematicsTable& found,
                                       const std::string& angle) {
   const auto value = [](const KinematicsTable& table, size_t row, int column) {
-    return column < 0 ? std::nan("")
+    return column < 0 ? kNan
                       : table.rows[row].values[static_cast<size_t>(column)];
   };
   const int of_truth = truth.IndexOf(angle + "_deg");

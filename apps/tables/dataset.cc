@@ -1,7 +1,5 @@
 #include "apps/tables/dataset.h"
 
-#include <glog/logging.h>
-
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -88,13 +86,6 @@ std::vector<Method> CampusMethods() {
   };
 }
 
-BenchmarkRecording RecordingOf(Dataset dataset, std::vector<Method> methods) {
-  CHECK(!methods.empty());
-  dataset.config = methods.front().config;
-  dataset.set = methods.front().set;
-  return {std::move(dataset), std::move(methods)};
-}
-
 // Results of other programs on Shelf, as published or obtained by running these
 // programs.
 std::vector<ResultFile> ShelfResults() {
@@ -145,8 +136,8 @@ Benchmark DevelopersShelf() {
   Benchmark shelf;
   shelf.set = BenchmarkSet::kShelf;
   shelf.ground_truth = ShelfReal().ground_truth;
-  shelf.recordings = {RecordingOf(ShelfReal(), ShelfMethods()),
-                      RecordingOf(ShelfFilled(), FilledShelfMethods())};
+  shelf.recordings = {{ShelfReal(), ShelfMethods()},
+                      {ShelfFilled(), FilledShelfMethods()}};
   shelf.results = ShelfResults();
   for (const size_t row : {2, 3}) {
     shelf.own_rules.push_back(
@@ -164,8 +155,7 @@ Benchmark DevelopersCampus() {
   campus.set = BenchmarkSet::kCampus;
   campus.ground_truth = CampusModelled("clean").ground_truth;
   for (const char* level : {"clean", "typical", "hard"}) {
-    campus.recordings.push_back(
-        RecordingOf(CampusModelled(level), CampusMethods()));
+    campus.recordings.push_back({CampusModelled(level), CampusMethods()});
   }
   campus.results = {{"Chen et al., their published tracks",
                      "campus/result_3d.json",
@@ -249,7 +239,7 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
   Benchmark benchmark;
   benchmark.set = set;
   benchmark.ground_truth = *truth;
-  benchmark.recordings = {RecordingOf(std::move(dataset), std::move(methods))};
+  benchmark.recordings = {{std::move(dataset), std::move(methods)}};
   return benchmark;
 }
 

@@ -67,8 +67,8 @@ struct Method {
   std::string set;     // as in --set
 };
 
-// A recording tracked by several methods, the first of which is the baseline.
-// Configuration and set of `dataset` are those of the first method.
+// A recording tracked by several methods, at least one; the first is the
+// baseline. Their configurations and sets replace those of `dataset`.
 struct BenchmarkRecording {
   Dataset dataset;
   std::vector<Method> methods;

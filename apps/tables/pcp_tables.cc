@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -42,8 +43,7 @@ void RequireScoredFrames(const LoadedDataset& loaded) {
   const Dataset& dataset = loaded.dataset;
   for (const DetectionFrame& frame : loaded.detections.frames) {
     if (!ContainsFrame(dataset.protocol.frames, frame.frame)) continue;
-    const TrackFrame* annotated = FindFrame(loaded.truth, frame.frame);
-    if (annotated != nullptr && !annotated->people.empty()) return;
+    if (!PeopleOf(FindFrame(loaded.truth, frame.frame)).empty()) return;
   }
   throw InputError(dataset.detections, "",
                    "no detection in any annotated frame that is scored; frame "
@@ -196,17 +196,18 @@ std::string ConversionsTable(const std::vector<ScoredRow>& rows,
   return table.ToString(TableStyle::kMarkdown);
 }
 
-// The incorrect parts of one actor in one row.
-struct Loss {
-  int64_t parts = 0;
-  std::map<PcpGroup, int64_t> by_group;
-  std::array<int64_t, kLossReasonCount> by_reason{};
-  std::vector<int64_t> frames;  // ascending, unique
-};
-
+// All groups but the total, in the order of the enum.
 constexpr PcpGroup kLossGroups[] = {PcpGroup::kHead,      PcpGroup::kTorso,
                                     PcpGroup::kUpperArms, PcpGroup::kLowerArms,
                                     PcpGroup::kUpperLegs, PcpGroup::kLowerLegs};
+
+// The incorrect parts of one actor in one row.
+struct Loss {
+  int64_t parts = 0;
+  std::array<int64_t, std::size(kLossGroups)> by_group{};
+  std::array<int64_t, kLossReasonCount> by_reason{};
+  std::vector<int64_t> frames;  // ascending, unique
+};
 
 std::map<int64_t, Loss> LossesOf(const PcpResult& pcp) {
   std::map<int64_t, Loss> losses;
@@ -214,7 +215,7 @@ std::map<int64_t, Loss> LossesOf(const PcpResult& pcp) {
   for (const LostPart& lost : pcp.lost) {
     Loss& loss = losses[lost.actor];
     ++loss.parts;
-    ++loss.by_group[PcpGroupOf(lost.part)];
+    ++loss.by_group[static_cast<size_t>(PcpGroupOf(lost.part))];
     ++loss.by_reason[static_cast<size_t>(lost.reason())];
     if (loss.frames.empty() || loss.frames.back() != lost.frame) {
       loss.frames.push_back(lost.frame);
@@ -234,15 +235,12 @@ std::string LossTable(const std::vector<ScoredRow>& rows, HeadConversion head) {
       CellsOf(kLossGroups, [](PcpGroup group) { return ToString(group); }),
       reasons, "frames"));
   for (const ScoredRow& row : rows) {
-    for (auto& [actor, loss] :
+    for (const auto& [actor, loss] :
          LossesOf(row.Find(head, EndpointRule::kMean).pcp)) {
-      std::map<PcpGroup, int64_t> by_group = loss.by_group;
-      table.AddRow(
-          RowOf(NameCells(*row.row), text(actor), text(loss.parts),
-                CellsOf(kLossGroups,
-                        [&](PcpGroup group) { return text(by_group[group]); }),
-                CellsOf(loss.by_reason, text),
-                FrameRuns(loss.frames, kMaxFrameRuns)));
+      table.AddRow(RowOf(NameCells(*row.row), text(actor), text(loss.parts),
+                         CellsOf(loss.by_group, text),
+                         CellsOf(loss.by_reason, text),
+                         FrameRuns(loss.frames, kMaxFrameRuns)));
     }
   }
   return table.ToString(TableStyle::kMarkdown);

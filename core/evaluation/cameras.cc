@@ -125,13 +125,11 @@ CameraResult EvaluateCameras(const CameraRig& truth,
   result.rra.resize(result.rra_deg.size());
   for (size_t i = 0; i < pairs.size(); ++i) {
     for (size_t k = i + 1; k < pairs.size(); ++k) {
-      const auto relative = [&](const auto camera_of) {
-        return Matrix3d(camera_of(pairs[i])->R() *
-                        camera_of(pairs[k])->R().transpose());
-      };
-      const double angle_deg = AngleDeg(
-          relative([](const auto& pair) { return pair.first; }) *
-          relative([](const auto& pair) { return pair.second; }).transpose());
+      const Matrix3d expected =
+          pairs[i].first->R() * pairs[k].first->R().transpose();
+      const Matrix3d found =
+          pairs[i].second->R() * pairs[k].second->R().transpose();
+      const double angle_deg = AngleDeg(expected * found.transpose());
       for (size_t r = 0; r < result.rra.size(); ++r) {
         result.rra[r].Add(angle_deg < result.rra_deg[r]);
       }

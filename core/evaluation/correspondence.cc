@@ -1,8 +1,6 @@
 #include "core/evaluation/correspondence.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "core/assignment/hungarian.h"
 #include "core/base/constants.h"
@@ -22,6 +20,23 @@ std::string Listed(const std::vector<std::string>& names) {
   return text + (names.size() > kShown ? ", ..." : "");
 }
 
+// Mean of a measure of the difference, over the joints that both poses have.
+template <typename Measure>
+std::optional<double> MeanOf(const Pose3d& a, const Pose3d& b,
+                             const JointPairs& joints, const Measure& measure) {
+  double sum = 0.0;
+  int count = 0;
+  for (const JointPair& joint : joints) {
+    const Joint3d& one = a[joint.a];
+    const Joint3d& other = b[joint.b];
+    if (!one.present() || !other.present()) continue;
+    sum += measure(one.position_m - other.position_m);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
 }  // namespace
 
 const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame) {
@@ -30,6 +45,17 @@ const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame) {
       [](const TrackFrame& one, int64_t number) { return one.frame < number; });
   if (at == tracks.frames.end() || at->frame != frame) return nullptr;
   return &*at;
+}
+
+const std::vector<PersonPose>& PeopleOf(const TrackFrame* frame) {
+  static const std::vector<PersonPose> kNobody;
+  return frame == nullptr ? kNobody : frame->people;
+}
+
+JointPairs SameJoints(size_t count) {
+  JointPairs joints;
+  for (int j = 0; j < static_cast<int>(count); ++j) joints.push_back({j, j});
+  return joints;
 }
 
 JointPairs CommonJoints(const Skeleton& a, const Skeleton& b) {
@@ -61,17 +87,15 @@ JointPairs CommonBodyJoints(const Skeleton& a, const Skeleton& b) {
 
 std::optional<double> MeanDistance(const Pose3d& a, const Pose3d& b,
                                    const JointPairs& joints) {
-  double sum = 0.0;
-  int count = 0;
-  for (const JointPair& joint : joints) {
-    const Joint3d& one = a[joint.a];
-    const Joint3d& other = b[joint.b];
-    if (!one.present() || !other.present()) continue;
-    sum += (one.position_m - other.position_m).norm();
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / count;
+  return MeanOf(a, b, joints,
+                [](const auto& difference) { return difference.norm(); });
+}
+
+std::optional<double> MeanSquaredDistance(const Pose3d& a, const Pose3d& b,
+                                          const JointPairs& joints) {
+  return MeanOf(a, b, joints, [](const auto& difference) {
+    return difference.squaredNorm();
+  });
 }
 
 std::vector<CostPair> MatchOneToOne(const Eigen::MatrixXd& cost, double gate) {
@@ -125,8 +149,7 @@ std::vector<PersonPair> PairPeople(const FramePairing& frames,
     for (const PersonPose& person : both.truth->people) {
       pairs.push_back({both.frame, &person, nullptr});
     }
-    if (both.tracks == nullptr) continue;
-    const std::vector<PersonPose>& found = both.tracks->people;
+    const std::vector<PersonPose>& found = PeopleOf(both.tracks);
     for (const CostPair& pair : MatchOneToOne(
              PersonDistances(both.truth->people, found, joints), gate_m)) {
       pairs[first + pair.row].found = &found[pair.column];

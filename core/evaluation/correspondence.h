@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_EVALUATION_CORRESPONDENCE_H_
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -25,6 +26,8 @@ inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 // The frame of that number, within one recording (for frames of two recordings:
 // PairFrames); nullptr if there is no such frame.
 const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame);
+// The frame's people; none for nullptr.
+const std::vector<PersonPose>& PeopleOf(const TrackFrame* frame);
 
 // The same joint in two skeletons.
 struct JointPair {
@@ -33,6 +36,8 @@ struct JointPair {
 };
 using JointPairs = std::vector<JointPair>;
 
+// Each joint with itself.
+JointPairs SameJoints(size_t count);
 // Joints of the same name, in the order of `a`.
 JointPairs CommonJoints(const Skeleton& a, const Skeleton& b);
 // Throws InputError naming `file_b` if there are none: a score would wrongly
@@ -44,10 +49,12 @@ void RequireCommonJoints(const Skeleton& a, const std::string& file_a,
 // none of these.
 JointPairs CommonBodyJoints(const Skeleton& a, const Skeleton& b);
 
-// Mean distance over the joints that both poses have [m]; nullopt if there are
-// none.
+// Mean distance over the joints that both poses have [m], and mean squared
+// distance [m^2]; nullopt if there are none.
 std::optional<double> MeanDistance(const Pose3d& a, const Pose3d& b,
                                    const JointPairs& joints);
+std::optional<double> MeanSquaredDistance(const Pose3d& a, const Pose3d& b,
+                                          const JointPairs& joints);
 
 // A pair of row and column of a cost matrix.
 struct CostPair {
@@ -83,6 +90,14 @@ std::vector<PersonPair> PairPeople(const TrackSequence& truth,
                                    const TrackSequence& tracks,
                                    const JointPairs& joints, double gate_m,
                                    const std::vector<FrameRange>& ranges);
+
+// Sorts scores of person-frames by `actor`, then by `frame`.
+template <typename T>
+void SortByActorAndFrame(std::vector<T>* scores) {
+  std::stable_sort(scores->begin(), scores->end(), [](const T& a, const T& b) {
+    return a.actor != b.actor ? a.actor < b.actor : a.frame < b.frame;
+  });
+}
 
 }  // namespace kinegraph
 

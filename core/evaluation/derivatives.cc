@@ -14,6 +14,8 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr int kContacts = 1;  // of the scopes
+
 struct Motion {
   Vector3d velocity_m_s = Vector3d::Zero();
   Vector3d acceleration_m_s2 = Vector3d::Zero();
@@ -23,13 +25,6 @@ using OptionalMotion = std::optional<Motion>;
 // Motion of one joint of one person, one entry per frame.
 struct JointMotion {
   std::vector<OptionalMotion> truth, found;
-};
-
-// The frames of one true person.
-struct PersonMotion {
-  std::vector<int64_t> frames;
-  std::vector<JointMotion> joints;
-  std::vector<char> at_contact;
 };
 
 OptionalMotion MotionAt(const Joint3d& before, const Joint3d& at,
@@ -45,7 +40,7 @@ OptionalMotion MotionAt(const Joint3d& before, const Joint3d& at,
 
 const JointDerivatives* OwnOf(const PersonPose& person, int joint) {
   if (person.derivatives.empty()) return nullptr;
-  const auto& own = person.derivatives[static_cast<size_t>(joint)];
+  const auto& own = person.derivatives[joint];
   return own.has_value() ? &*own : nullptr;
 }
 
@@ -71,13 +66,12 @@ void UseModel(const PersonPose& before, const PersonPose& at,
   result->acceleration_source = DerivativeSource::kModelVelocity;
 }
 
-PersonMotion MotionOf(const std::vector<PersonPair>& pairs,
-                      const JointPairs& joints, double rate_hz, int64_t stride,
-                      DerivativeResult* result) {
-  PersonMotion person;
-  person.joints.resize(joints.size());
+// `pairs`: the frames of one true person.
+std::vector<JointMotion> MotionOf(const std::vector<PersonPair>& pairs,
+                                  const JointPairs& joints, double rate_hz,
+                                  int64_t stride, DerivativeResult* result) {
+  std::vector<JointMotion> motions(joints.size());
   for (size_t k = 0; k < pairs.size(); ++k) {
-    person.frames.push_back(pairs[k].frame);
     const bool inside = k > 0 && k + 1 < pairs.size() &&
                         pairs[k + 1].frame - pairs[k - 1].frame == 2 * stride;
     const bool same = inside && pairs[k - 1].found != nullptr &&
@@ -102,12 +96,11 @@ PersonMotion MotionOf(const std::vector<PersonPair>& pairs,
         UseModel(*pairs[k - 1].found, *pairs[k].found, *pairs[k + 1].found,
                  joints[j].b, rate_hz, &found, result);
       }
-      person.joints[j].truth.push_back(truth);
-      person.joints[j].found.push_back(found);
+      motions[j].truth.push_back(truth);
+      motions[j].found.push_back(found);
     }
   }
-  person.at_contact.assign(person.frames.size(), 0);
-  return person;
+  return motions;
 }
 
 // The index of the greatest `score` within `reach` of `middle`; -1 if there is
@@ -129,17 +122,16 @@ int Greatest(int middle, int reach, int count, const Score& score) {
 // Marks the frames around contacts of an ankle and returns the number of
 // contacts.
 int64_t MarkContacts(const JointMotion& ankle, const Vector3d& up, int reach,
-                     std::vector<char>* at_contact) {
+                     std::vector<bool>* at_contact) {
   constexpr double kG_m_s2 = 9.81;
   const int count = static_cast<int>(ankle.truth.size());
   const auto slowed = [&](int k) -> std::optional<double> {
-    const OptionalMotion& motion = ankle.truth[static_cast<size_t>(k)];
-    if (!motion.has_value()) return std::nullopt;
-    return motion->acceleration_m_s2.dot(up);
+    if (!ankle.truth[k].has_value()) return std::nullopt;
+    return ankle.truth[k]->acceleration_m_s2.dot(up);
   };
   int64_t contacts = 0;
   for (int k = 1; k < count; ++k) {
-    const OptionalMotion& before = ankle.truth[static_cast<size_t>(k) - 1];
+    const OptionalMotion& before = ankle.truth[k - 1];
     const auto here = slowed(k);
     if (!here.has_value() || *here <= kG_m_s2 || !before.has_value() ||
         before->velocity_m_s.dot(up) >= 0.0 ||
@@ -149,10 +141,17 @@ int64_t MarkContacts(const JointMotion& ankle, const Vector3d& up, int reach,
     ++contacts;
     for (int i = std::max(0, k - reach); i <= std::min(count - 1, k + reach);
          ++i) {
-      (*at_contact)[static_cast<size_t>(i)] = 1;
+      (*at_contact)[i] = true;
     }
   }
   return contacts;
+}
+
+double SquaredVelocityError(const Motion& truth, const Motion& found) {
+  return (found.velocity_m_s - truth.velocity_m_s).squaredNorm();
+}
+double SquaredAccelerationError(const Motion& truth, const Motion& found) {
+  return (found.acceleration_m_s2 - truth.acceleration_m_s2).squaredNorm();
 }
 
 // Sums that become DerivativeErrors.
@@ -164,10 +163,9 @@ struct ErrorSums {
 
   void Add(const Motion& truth, const Motion& found) {
     ++count;
-    velocity += (found.velocity_m_s - truth.velocity_m_s).squaredNorm();
+    velocity += SquaredVelocityError(truth, found);
     speed += found.velocity_m_s.norm() - truth.velocity_m_s.norm();
-    acceleration +=
-        (found.acceleration_m_s2 - truth.acceleration_m_s2).squaredNorm();
+    acceleration += SquaredAccelerationError(truth, found);
     length += found.acceleration_m_s2.norm() - truth.acceleration_m_s2.norm();
   }
   DerivativeErrors Errors() const {
@@ -185,19 +183,18 @@ struct ErrorSums {
   }
 };
 
-// Sums by scope, to which the peaks of a joint are added too.
-using ScopedSums = std::array<ErrorSums*, kDerivativeScopes>;
+using ScopedSums = std::array<ErrorSums, kDerivativeScopes>;
 
-void AddPeaks(const JointMotion& joint, const std::vector<char>& at_contact,
-              double rate_hz, const std::vector<ScopedSums>& sums) {
+// Adds the peaks of a joint to each of `sums`.
+void AddPeaks(const JointMotion& joint, const std::vector<bool>& at_contact,
+              double rate_hz, const std::vector<ScopedSums*>& sums) {
   const int count = static_cast<int>(joint.truth.size());
   const int around = std::max(1, static_cast<int>(std::lround(0.25 * rate_hz)));
   const int reach = std::max(1, static_cast<int>(std::lround(0.1 * rate_hz)));
   const auto length = [](const std::vector<OptionalMotion>& motion) {
     return [&motion](int k) -> std::optional<double> {
-      const OptionalMotion& one = motion[static_cast<size_t>(k)];
-      if (!one.has_value()) return std::nullopt;
-      return one->acceleration_m_s2.norm();
+      if (!motion[k].has_value()) return std::nullopt;
+      return motion[k]->acceleration_m_s2.norm();
     };
   };
   const auto of_truth = length(joint.truth);
@@ -220,12 +217,13 @@ void AddPeaks(const JointMotion& joint, const std::vector<char>& at_contact,
     const int at = Greatest(k, reach, count, of_found);
     if (at < 0) continue;
     const double share = *of_found(at) / *peak - 1.0;
-    for (const ScopedSums& each : sums) {
+    for (ScopedSums* each : sums) {
       for (int scope = 0; scope < kDerivativeScopes; ++scope) {
-        if (scope == 1 && !at_contact[static_cast<size_t>(k)]) continue;
-        ++each[scope]->peaks;
-        each[scope]->peak += share;
-        each[scope]->instant_s += std::abs(at - k) / rate_hz;
+        if (scope == kContacts && !at_contact[k]) continue;
+        ErrorSums& sum = (*each)[scope];
+        ++sum.peaks;
+        sum.peak += share;
+        sum.instant_s += std::abs(at - k) / rate_hz;
       }
     }
   }
@@ -257,11 +255,8 @@ DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
     people[pair.truth->id].push_back(pair);
   }
   DerivativeResult result;
-  std::array<std::vector<ErrorSums>, kDerivativeScopes> of_joint;
-  std::array<ErrorSums, kDerivativeScopes> of_all;
-  for (int scope = 0; scope < kDerivativeScopes; ++scope) {
-    of_joint[scope].resize(joints.size());
-  }
+  std::vector<ScopedSums> of_joint(joints.size());
+  ScopedSums of_all;
   for (const JointPair& joint : joints) {
     result.joints.push_back(skeleton.joints()[joint.a]);
   }
@@ -270,20 +265,22 @@ DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
       options.rate_hz / static_cast<double>(std::max<int64_t>(1, stride));
   const int reach = std::max(1, static_cast<int>(std::lround(0.1 * rate_hz)));
   for (const auto& [id, pairs] : people) {
-    PersonMotion person = MotionOf(pairs, joints, rate_hz, stride, &result);
+    const std::vector<JointMotion> motions =
+        MotionOf(pairs, joints, rate_hz, stride, &result);
+    std::vector<bool> at_contact(pairs.size(), false);
     for (size_t j = 0; j < joints.size(); ++j) {
       if (result.joints[j] != "l_ankle" && result.joints[j] != "r_ankle") {
         continue;
       }
       result.contacts +=
-          MarkContacts(person.joints[j], options.up, reach, &person.at_contact);
+          MarkContacts(motions[j], options.up, reach, &at_contact);
     }
     for (int scope = 0; scope < kDerivativeScopes; ++scope) {
       result.velocity_m2_s2[scope].emplace_back(pairs.size());
       result.acceleration_m2_s4[scope].emplace_back(pairs.size());
     }
     for (size_t j = 0; j < joints.size(); ++j) {
-      const JointMotion& motion = person.joints[j];
+      const JointMotion& motion = motions[j];
       for (size_t k = 0; k < pairs.size(); ++k) {
         if (!motion.truth[k].has_value() || !motion.found[k].has_value()) {
           continue;
@@ -291,27 +288,21 @@ DerivativeResult EvaluateDerivatives(const TrackSequence& truth,
         const Motion& expected = *motion.truth[k];
         const Motion& found = *motion.found[k];
         for (int scope = 0; scope < kDerivativeScopes; ++scope) {
-          if (scope == 1 && !person.at_contact[k]) continue;
-          of_joint[scope][j].Add(expected, found);
+          if (scope == kContacts && !at_contact[k]) continue;
+          of_joint[j][scope].Add(expected, found);
           of_all[scope].Add(expected, found);
-          RatioUnit& velocity = result.velocity_m2_s2[scope].back()[k];
-          velocity.sum +=
-              (found.velocity_m_s - expected.velocity_m_s).squaredNorm();
-          velocity.weight += 1.0;
-          RatioUnit& acceleration = result.acceleration_m2_s4[scope].back()[k];
-          acceleration.sum +=
-              (found.acceleration_m_s2 - expected.acceleration_m_s2)
-                  .squaredNorm();
-          acceleration.weight += 1.0;
+          result.velocity_m2_s2[scope].back()[k].Add(
+              SquaredVelocityError(expected, found));
+          result.acceleration_m2_s4[scope].back()[k].Add(
+              SquaredAccelerationError(expected, found));
         }
       }
-      AddPeaks(motion, person.at_contact, rate_hz,
-               {{&of_joint[0][j], &of_joint[1][j]}, {&of_all[0], &of_all[1]}});
+      AddPeaks(motion, at_contact, rate_hz, {&of_joint[j], &of_all});
     }
   }
   for (int scope = 0; scope < kDerivativeScopes; ++scope) {
-    for (const ErrorSums& sums : of_joint[scope]) {
-      result.by_joint[scope].push_back(sums.Errors());
+    for (const ScopedSums& sums : of_joint) {
+      result.by_joint[scope].push_back(sums[scope].Errors());
     }
     result.all[scope] = of_all[scope].Errors();
   }

@@ -32,8 +32,7 @@ struct DerivativeErrors {
   double peak_instant_ms = 0.0;  // mean absolute time difference
 };
 
-// The frames that are scored.
-enum class DerivativeScope { kAll, kContacts };
+// The frames that are scored: all, and those around contacts.
 inline constexpr int kDerivativeScopes = 2;
 
 // How the tracks' derivative is defined.

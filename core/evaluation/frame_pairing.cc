@@ -138,21 +138,20 @@ class Pairer {
     same_rate_ =
         std::abs(truth_clock_.rate_hz - tracks_clock_.rate_hz) <=
         kSameRate * std::max(truth_clock_.rate_hz, tracks_clock_.rate_hz);
+    const std::string both = truth_clock_.Text(names_.truth + " has") + ", " +
+                             tracks_clock_.Text(names_.tracks);
     if (const std::optional<TimeNs> drift = DriftOfEqualNumbers()) {
       PairByNumber();
       result_.notes.push_back(fmt::format(
-          "{}, {}: frames of equal number have the same time at first and are "
+          "{}: frames of equal number have the same time at first and are "
           "{:.0f} ms apart in the end; frames are paired by number",
-          truth_clock_.Text(names_.truth + " has"),
-          tracks_clock_.Text(names_.tracks), 1e3 * ToSeconds(*drift)));
+          both, 1e3 * ToSeconds(*drift)));
       return std::move(result_);
     }
     if (PairByTime()) {
       NoteTimes();
       return std::move(result_);
     }
-    const std::string both = truth_clock_.Text(names_.truth + " has") + ", " +
-                             tracks_clock_.Text(names_.tracks);
     if (!same_rate_) {
       throw InputError(both +
                        ": no two frames have the same time, and frames are "

@@ -44,20 +44,19 @@ using PeopleOfRun = std::map<TrackId, const PersonPose*>;
 PeopleOfRun PairPeopleOf(const FramePair& frame, const JointPairs& joints,
                          double gate_m, HeldOutRules::Pairing pairing) {
   PeopleOfRun pairs;
-  const TrackFrame* expected = frame.tracks;
-  const TrackFrame* found = frame.truth;
-  for (const PersonPose& person : expected->people) pairs[person.id] = nullptr;
-  if (found == nullptr) return pairs;
+  const std::vector<PersonPose>& expected = PeopleOf(frame.tracks);
+  const std::vector<PersonPose>& found = PeopleOf(frame.truth);
+  for (const PersonPose& person : expected) pairs[person.id] = nullptr;
   if (pairing == HeldOutRules::Pairing::kById) {
-    for (const PersonPose& person : found->people) {
+    for (const PersonPose& person : found) {
       const auto at = pairs.find(person.id);
       if (at != pairs.end()) at->second = &person;
     }
     return pairs;
   }
-  for (const CostPair& pair : MatchOneToOne(
-           PersonDistances(expected->people, found->people, joints), gate_m)) {
-    pairs[expected->people[pair.row].id] = &found->people[pair.column];
+  for (const CostPair& pair :
+       MatchOneToOne(PersonDistances(expected, found, joints), gate_m)) {
+    pairs[expected[pair.row].id] = &found[pair.column];
   }
   return pairs;
 }
@@ -300,9 +299,8 @@ RatioSeries TruncatedErrors(const HeldOutScores& scores,
   for (const HeldOutJoint& joint : scores.joints) {
     const HeldOutPerson& person = scores.people[joint.person_idx];
     if (!filter(person, joint)) continue;
-    RatioUnit& unit = units[UnitOf(frames, person.frame)];
-    unit.sum += std::min(joint.error_px, kHeldOutTruncationPx);
-    unit.weight += 1.0;
+    units[UnitOf(frames, person.frame)].Add(
+        std::min(joint.error_px, kHeldOutTruncationPx));
   }
   return units;
 }

@@ -318,7 +318,6 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
   IdentityResult result;
   std::map<TrackId, PersonState> states;
   WholeRecording recording;
-  const std::vector<PersonPose> nobody;
   for (const FramePair& both :
        PairFrames(truth, tracks, options.frames).pairs) {
     if (both.truth == nullptr) continue;
@@ -326,8 +325,7 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
     for (const PersonPose& person : both.truth->people) {
       (IsHidden(person) ? hidden : people).push_back(person);
     }
-    const std::vector<PersonPose>& found =
-        both.tracks != nullptr ? both.tracks->people : nobody;
+    const std::vector<PersonPose>& found = PeopleOf(both.tracks);
     const MatrixXd distances = PersonDistances(people, found, joints);
     const std::vector<CostPair> pairs =
         MatchFrame(people, found, distances, states);

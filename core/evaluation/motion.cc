@@ -100,8 +100,7 @@ RatioUnit Difference(const std::vector<const Pose3d*>& poses,
     for (size_t i = 0; i < poses.size(); ++i) {
       difference += weights[i] * (*poses[i])[j].position_m;
     }
-    unit.sum += scale * difference.norm();
-    unit.weight += 1.0;
+    unit.Add(scale * difference.norm());
   }
   return unit;
 }
@@ -232,13 +231,11 @@ Share EvaluateCoverage(const TrackSequence& truth, const TrackSequence& tracks,
                        const std::vector<FrameRange>& frames) {
   const JointPairs joints =
       CommonJoints(truth.header.skeleton, tracks.header.skeleton);
-  const std::vector<PersonPose> nobody;
   Share covered;
   for (const FramePair& both : PairFrames(truth, tracks, frames).pairs) {
     if (both.truth == nullptr) continue;
-    const MatrixXd distances_m = PersonDistances(
-        both.truth->people,
-        both.tracks == nullptr ? nobody : both.tracks->people, joints);
+    const MatrixXd distances_m =
+        PersonDistances(both.truth->people, PeopleOf(both.tracks), joints);
     for (int i = 0; i < distances_m.rows(); ++i) {
       covered.Add((distances_m.row(i).array() <= kPersonGateM).any());
     }
@@ -308,10 +305,8 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
       }
       RatioUnit unit;
       for (const int j : joints) {
-        const auto sum = SegmentPower(poses, first, j, high_pass);
-        if (!sum) continue;
-        unit.sum += *sum;
-        unit.weight += 1.0;
+        const auto power = SegmentPower(poses, first, j, high_pass);
+        if (power) unit.Add(*power);
       }
       all[p].push_back(unit);
       first += static_cast<size_t>(half);

@@ -60,32 +60,6 @@ std::vector<Residual> Residuals(const std::vector<PersonPair>& pairs,
   return residuals;
 }
 
-// Adds the distances to the true joints after a similarity alignment of the
-// pose (Umeyama 1991) to `sum_m`. Fewer than three joints are skipped: they
-// always fit.
-void AddAligned(const PersonPair& pair, const JointPairs& joints, double* sum_m,
-                int64_t* count) {
-  Eigen::Matrix3Xd truth(3, joints.size());
-  Eigen::Matrix3Xd found(3, joints.size());
-  Eigen::Index common = 0;
-  for (const JointPair& joint : joints) {
-    const Joint3d& expected = pair.truth->joints[joint.a];
-    const Joint3d& one = pair.found->joints[joint.b];
-    if (!expected.present() || !one.present()) continue;
-    truth.col(common) = expected.position_m;
-    found.col(common++) = one.position_m;
-  }
-  if (common < 3) return;
-  const Eigen::Matrix3Xd to = truth.leftCols(common);
-  const Eigen::Matrix3Xd from = found.leftCols(common);
-  const Eigen::Matrix4d fit = Eigen::umeyama(from, to, true);
-  const Eigen::Matrix3Xd aligned =
-      (fit.topLeftCorner<3, 3>() * from).colwise() +
-      Vector3d(fit.topRightCorner<3, 1>());
-  *sum_m += (aligned - to).colwise().norm().sum();
-  *count += common;
-}
-
 void AddNear(const PersonPair& pair, const JointPairs& joints,
              MpjpeResult* result) {
   for (const JointPair& joint : joints) {
@@ -214,6 +188,28 @@ std::optional<Matrix3d> BodyFrame(const Pose3d& pose, const Skeleton& skeleton,
   return body;
 }
 
+RatioUnit AlignedError(const Pose3d& truth, const Pose3d& found,
+                       const JointPairs& joints) {
+  Eigen::Matrix3Xd true_m(3, joints.size());
+  Eigen::Matrix3Xd found_m(3, joints.size());
+  Eigen::Index common = 0;
+  for (const JointPair& joint : joints) {
+    const Joint3d& expected = truth[joint.a];
+    const Joint3d& one = found[joint.b];
+    if (!expected.present() || !one.present()) continue;
+    true_m.col(common) = expected.position_m;
+    found_m.col(common++) = one.position_m;
+  }
+  if (common < 3) return {};
+  const Eigen::Matrix3Xd to = true_m.leftCols(common);
+  const Eigen::Matrix3Xd from = found_m.leftCols(common);
+  const Eigen::Matrix4d fit = Eigen::umeyama(from, to, true);
+  const Eigen::Matrix3Xd aligned =
+      (fit.topLeftCorner<3, 3>() * from).colwise() +
+      Vector3d(fit.topRightCorner<3, 1>());
+  return {(aligned - to).colwise().norm().sum(), static_cast<double>(common)};
+}
+
 MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
                           const TrackSequence& tracks,
                           const MpjpeOptions& options,
@@ -227,15 +223,16 @@ MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
       Residuals(pairs, joints, skeleton, options.up, &result);
   const std::vector<Vector3d> offsets = Offsets(residuals, joints.size());
 
-  ErrorSum aligned;
+  RatioSeries aligned;
   result.pck.resize(result.pck_m.size());
   for (const PersonPair& pair : pairs) {
     result.people.push_back({pair.frame, pair.truth->id.value(), 0, 0.0, 0.0});
     AddNear(pair, joints, &result);
     if (pair.found == nullptr) continue;
-    AddAligned(pair, joints, &aligned.raw_m, &aligned.count);
+    aligned.push_back(
+        AlignedError(pair.truth->joints, pair.found->joints, joints));
   }
-  result.aligned_m = Divide(aligned.raw_m, aligned.count);
+  result.aligned_m = PooledRatio({aligned});
   std::vector<ErrorSum> of_joint(joints.size());
   ErrorSum total;
   for (const Residual& residual : residuals) {
@@ -254,11 +251,7 @@ MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
     person.bias_removed_m += bias_removed_m;
     ++person.joint_count;
   }
-  std::stable_sort(result.people.begin(), result.people.end(),
-                   [](const PersonError& a, const PersonError& b) {
-                     return a.actor != b.actor ? a.actor < b.actor
-                                               : a.frame < b.frame;
-                   });
+  SortByActorAndFrame(&result.people);
   for (size_t j = 0; j < joints.size(); ++j) {
     const ErrorSum& sum = of_joint[j];
     result.joints.push_back({skeleton.joints()[joints[j].a], sum.count,

@@ -70,6 +70,12 @@ std::optional<Eigen::Matrix3d> BodyFrame(const Pose3d& pose,
                                          const Skeleton& skeleton,
                                          const Eigen::Vector3d& up);
 
+// Distances of the found joints to the true ones [m] after Procrustes alignment
+// of the pose (rotation, translation, scale; Umeyama 1991), over the joints
+// that both have. Nothing for fewer than three joints, which always fit.
+RatioUnit AlignedError(const Pose3d& truth, const Pose3d& found,
+                       const JointPairs& joints);
+
 // Joints are compared by name, people one-to-one within kPersonGateM. The
 // errors of a true person without a body frame are not used for the offsets;
 // none is subtracted from them.

@@ -1,9 +1,9 @@
 #include "core/evaluation/panoptic.h"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 
+#include "core/base/constants.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/pcp.h"
 
@@ -61,17 +61,17 @@ std::vector<Pose3d> TruePeople(const TrackFrame& frame,
   return people;
 }
 
-// The nearest true person; nullopt if no joints can be compared.
-std::optional<Candidate> Take(const Pose3d& found,
-                              const std::vector<Pose3d>& true_people,
-                              int64_t first_person, const JointPairs& joints,
-                              Share* compared) {
-  std::optional<Candidate> nearest;
+// The nearest true person; infinitely far, a false positive, if no joints can
+// be compared.
+Candidate Take(const Pose3d& found, const std::vector<Pose3d>& true_people,
+               int64_t first_person, const JointPairs& joints,
+               Share* compared) {
+  Candidate nearest = {kNoGate, 0.0, first_person};
   const Pose3d* taken = nullptr;
   for (size_t i = 0; i < true_people.size(); ++i) {
     const auto distance = MeanDistance(true_people[i], found, joints);
-    if (!distance || (nearest && *distance >= nearest->error_m)) continue;
-    nearest = Candidate{*distance, 0.0, first_person + static_cast<int64_t>(i)};
+    if (!distance || *distance >= nearest.error_m) continue;
+    nearest = {*distance, 0.0, first_person + static_cast<int64_t>(i)};
     taken = &true_people[i];
   }
   for (size_t j = 0; taken != nullptr && j < found.size(); ++j) {
@@ -96,7 +96,7 @@ std::vector<bool> FirstWithin(const std::vector<Candidate>& candidates,
 }
 
 double AveragePrecision(const std::vector<bool>& right, int64_t true_people) {
-  if (true_people == 0) return std::numeric_limits<double>::quiet_NaN();
+  if (true_people == 0) return kNan;
   std::vector<double> precision;
   int64_t count = 0;
   for (size_t i = 0; i < right.size(); ++i) {
@@ -121,7 +121,7 @@ PanopticResult EvaluatePanoptic(const TrackSequence& truth,
                                 const PanopticOptions& options) {
   const Panoptic15Converter convert_truth(truth.header.skeleton);
   const Panoptic15Converter convert_found(tracks.header.skeleton);
-  const JointPairs joints = CommonJoints(Panoptic15(), Panoptic15());
+  const JointPairs joints = SameJoints(Panoptic15().joints().size());
   PanopticResult result;
   std::vector<Candidate> candidates;
   int64_t true_people = 0;
@@ -130,21 +130,15 @@ PanopticResult EvaluatePanoptic(const TrackSequence& truth,
     if (both.truth == nullptr) continue;
     const std::vector<Pose3d> people = TruePeople(*both.truth, convert_truth);
     if (people.empty()) continue;
-    if (both.tracks != nullptr) {
-      for (const PersonPose& person : both.tracks->people) {
-        auto candidate = Take(convert_found(person.joints), people, true_people,
-                              joints, &result.joints_compared);
-        ++result.found_person_frames;
-        if (!candidate) {  // no common joint: a false positive
-          candidate = Candidate{std::numeric_limits<double>::infinity(), 0.0,
-                                true_people};
-        }
-        candidate->score = person.score;
-        candidates.push_back(*candidate);
-      }
+    for (const PersonPose& person : PeopleOf(both.tracks)) {
+      Candidate candidate = Take(convert_found(person.joints), people,
+                                 true_people, joints, &result.joints_compared);
+      candidate.score = person.score;
+      candidates.push_back(candidate);
     }
     true_people += static_cast<int64_t>(people.size());
   }
+  result.found_person_frames = static_cast<int64_t>(candidates.size());
   std::stable_sort(
       candidates.begin(), candidates.end(),
       [](const Candidate& a, const Candidate& b) { return a.score > b.score; });

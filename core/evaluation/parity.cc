@@ -26,19 +26,16 @@ void AddJoints(int64_t frame, const PersonPose* reference,
     const bool expected = reference && reference->joints[pair.a].present();
     const bool found = person && person->joints[pair.b].present();
     if (!expected && !found) continue;
-    if (expected && !found) ++result->joints_missing;
-    if (found && !expected) ++result->joints_extra;
-    if (!expected || !found) {
-      result->near.Add(false);
-      result->very_near.Add(false);
-      continue;
-    }
-    const double distance_m = (reference->joints[pair.a].position_m -
-                               person->joints[pair.b].position_m)
-                                  .norm();
+    if (!found) ++result->joints_missing;
+    if (!expected) ++result->joints_extra;
+    const bool both = expected && found;
+    const double distance_m = both ? (reference->joints[pair.a].position_m -
+                                      person->joints[pair.b].position_m)
+                                         .norm()
+                                   : kNoGate;
     result->near.Add(distance_m <= options.near_m);
     result->very_near.Add(distance_m <= options.very_near_m);
-    if (distance_m > result->worst.distance_m) {
+    if (both && distance_m > result->worst.distance_m) {
       result->worst = {distance_m, frame, reference->id, pair.a};
     }
   }
@@ -54,11 +51,10 @@ ParityResult EvaluateParity(const TrackSequence& reference,
   ParityResult result;
   IdentityMap found_of, expected_of;
   std::set<TrackId> identities, reference_identities;
-  const std::vector<PersonPose> nobody;
   for (const FramePair& both :
        PairFrames(reference, tracks, options.frames).pairs) {
-    const auto& expected = both.truth ? both.truth->people : nobody;
-    const auto& found = both.tracks ? both.tracks->people : nobody;
+    const std::vector<PersonPose>& expected = PeopleOf(both.truth);
+    const std::vector<PersonPose>& found = PeopleOf(both.tracks);
     std::vector<const PersonPose*> match(expected.size(), nullptr);
     std::vector<bool> is_paired(found.size());
     for (const CostPair& pair :

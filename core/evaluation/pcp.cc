@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <limits>
 #include <set>
 #include <tuple>
 
@@ -120,30 +119,14 @@ std::vector<PersonPose> ConvertPeople(const std::vector<PersonPose>& people,
 
 // The joints by which people are matched.
 JointPairs MatchingJoints(const PcpProtocol& protocol) {
-  JointPairs joints;
-  const int count = protocol.mid_hip_is_a_joint ? kTorsoEnd + 1 : kTorsoEnd;
-  for (int joint = 0; joint < count; ++joint) joints.push_back({joint, joint});
-  return joints;
-}
-
-std::optional<double> MeanSquaredDistance(const Pose3d& a, const Pose3d& b,
-                                          const JointPairs& joints) {
-  double sum = 0.0;
-  int count = 0;
-  for (const JointPair& joint : joints) {
-    if (!a[joint.a].present() || !b[joint.b].present()) continue;
-    sum += (a[joint.a].position_m - b[joint.b].position_m).squaredNorm();
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / count;
+  return SameJoints(protocol.mid_hip_is_a_joint ? kTorsoEnd + 1 : kTorsoEnd);
 }
 
 const PersonPose* Nearest(const PersonPose& truth,
                           const std::vector<PersonPose>& found,
                           const JointPairs& joints) {
   const PersonPose* nearest = nullptr;
-  double least = std::numeric_limits<double>::infinity();
+  double least = kNoGate;
   for (const PersonPose& candidate : found) {
     const std::optional<double> distance =
         MeanSquaredDistance(truth.joints, candidate.joints, joints);
@@ -246,13 +229,6 @@ const TrackFrame* NearestInTime(const TrackSequence& tracks, int64_t number,
     least_gap = gap;
   }
   return nearest;
-}
-
-template <typename T>
-void SortByActorAndFrame(std::vector<T>* values) {
-  std::stable_sort(values->begin(), values->end(), [](const T& a, const T& b) {
-    return a.actor != b.actor ? a.actor < b.actor : a.frame < b.frame;
-  });
 }
 
 // Each actor's person-frames as units of a percentage.
@@ -497,10 +473,8 @@ PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
     if (frame == nullptr && protocol.max_time_gap_s > 0.0) {
       frame = NearestInTime(tracks, both.frame, clock, protocol.max_time_gap_s);
     }
-    std::vector<PersonPose> found_people;
-    if (frame != nullptr) {
-      found_people = ConvertPeople(frame->people, make_found_pose);
-    }
+    const std::vector<PersonPose> found_people =
+        ConvertPeople(PeopleOf(frame), make_found_pose);
     const std::vector<const PersonPose*> matches =
         MatchPeople(true_people, found_people, protocol);
     for (size_t i = 0; i < true_people.size(); ++i) {

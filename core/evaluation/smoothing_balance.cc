@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "core/base/constants.h"
@@ -24,8 +23,7 @@ constexpr double kGateM = 0.25;
 constexpr double kExcess = 1.35;
 constexpr int64_t kFewest = 4;  // segments
 
-const Vector3d kMissing =
-    Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+const Vector3d kMissing = Vector3d::Constant(kNan);
 
 void Set(JointTraces* traces, TrackId person, int joint, int64_t frame,
          const Vector3d& point) {
@@ -59,16 +57,16 @@ const Vector3d& PointAt(const JointTrace& trace, int64_t frame) {
   const int64_t at = frame - trace.begin;
   return at < 0 || at >= static_cast<int64_t>(trace.points.size())
              ? kMissing
-             : trace.points[static_cast<size_t>(at)];
+             : trace.points[at];
 }
 
 // Interpolates missing columns linearly; missing columns at the ends take the
 // values of the nearest column.
-void FillGaps(const std::vector<char>& is_there, MatrixXd* signal) {
+void FillGaps(const std::vector<bool>& is_there, MatrixXd* signal) {
   const auto count = static_cast<Eigen::Index>(is_there.size());
   Eigen::Index before = -1;
   for (Eigen::Index i = 0; i <= count; ++i) {
-    if (i < count && is_there[i] == 0) continue;
+    if (i < count && !is_there[i]) continue;
     for (Eigen::Index k = before + 1; k < i; ++k) {
       if (before < 0) {
         signal->col(k) = signal->col(i);
@@ -173,9 +171,9 @@ SmoothingSpectra::Segment SmoothingSpectra::SegmentOf(
     spectra[k] = transform_(signals[k].transpose());
   }
   const auto& [reference, raw, smoothed] = spectra;
-  Segment segment(static_cast<size_t>(band_count_));
+  Segment segment(band_count_);
   for (int bin = 0; bin < half_; ++bin) {
-    Band& band = segment[static_cast<size_t>(band_of_[bin])];
+    Band& band = segment[band_of_[bin]];
     for (Eigen::Index axis = 0; axis < reference.cols(); ++axis) {
       const std::complex<double> u = std::conj(reference(bin, axis));
       const std::complex<double> b = raw(bin, axis);
@@ -204,10 +202,9 @@ void SmoothingSpectra::Add(const JointTraces& reference, const JointTraces& raw,
     int64_t first =
         (of_reference.begin + half_ - 1) / half_ * static_cast<int64_t>(half_);
     for (; first + length <= end; first += half_) {
-      std::vector<char> is_there(static_cast<size_t>(length), 1);
+      std::vector<bool> is_there(length, true);
       std::array<MatrixXd, 3> signals;
-      for (MatrixXd& signal : signals)
-        signal.resize(view.has_value() ? 2 : 3, length);
+      signals.fill(MatrixXd(view.has_value() ? 2 : 3, length));
       double scale = 0.0;
       int64_t missing = 0;
       int64_t in_a_row = 0;
@@ -225,7 +222,7 @@ void SmoothingSpectra::Add(const JointTraces& reference, const JointTraces& raw,
         is_usable = in_a_row <= longest_ &&
                     static_cast<double>(missing) <=
                         kMostMissing * static_cast<double>(length);
-        is_there[static_cast<size_t>(i)] = there ? 1 : 0;
+        is_there[i] = there;
         if (!there) continue;
         scale += metres;
         signals[0].col(i) = u.head(axes);
@@ -274,7 +271,7 @@ SmoothingBalance SmoothingSpectra::OfJoint(int joint) const {
   double attainable = 0.0;
   double uncorrelated = 0.0;  // sum of E[a* a] - |E[u* a]|
   std::vector<double> excess(segments.size(), 0.0);
-  for (size_t b = 0; b < static_cast<size_t>(band_count_); ++b) {
+  for (int b = 0; b < band_count_; ++b) {
     const MeanAndVariance motion =
         mean([b](const Segment& one) { return one[b].motion; });
     const double raw =

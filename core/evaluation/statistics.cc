@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 
@@ -26,6 +25,43 @@ struct Rank {
 
 double Interpolate(double low, double high, double between) {
   return low + between * (high - low);
+}
+
+int64_t BlockLength(int64_t series_length, int64_t wanted) {
+  if (series_length > wanted) return wanted;
+  return std::max<int64_t>(1, (series_length + 1) / 2);
+}
+
+// Draws as many units as the series has, in blocks on a ring.
+void DrawSeries(int64_t length, int64_t block_length, Random& random,
+                int64_t* counts) {
+  const int64_t block = BlockLength(length, block_length);
+  for (int64_t drawn = 0; drawn < length;) {
+    const int64_t start = random.Index(length);
+    const int64_t end = std::min(length, drawn + block);
+    for (int64_t i = start; drawn < end; ++i, ++drawn) ++counts[i % length];
+  }
+}
+
+std::vector<int64_t> Lengths(const std::vector<RatioSeries>& series) {
+  std::vector<int64_t> lengths;
+  lengths.reserve(series.size());
+  for (const RatioSeries& units : series) {
+    lengths.push_back(static_cast<int64_t>(units.size()));
+  }
+  return lengths;
+}
+
+// Adds the units of a series; `next` is the index of its first unit in the
+// counts.
+void AddUnits(const RatioSeries& units, const DrawCounts* counts, size_t* next,
+              RatioUnit* sum) {
+  for (const RatioUnit& unit : units) {
+    const double times =
+        counts == nullptr ? 1.0 : static_cast<double>((*counts)[(*next)++]);
+    sum->sum += times * unit.sum;
+    sum->weight += times * unit.weight;
+  }
 }
 
 }  // namespace
@@ -70,47 +106,6 @@ double QuantileOfRepeated(const std::vector<double>& ascending,
   if (rank.between == 0.0) return value(rank.below);
   return Interpolate(value(rank.below), value(rank.below + 1), rank.between);
 }
-
-namespace {
-
-int64_t BlockLength(int64_t series_length, int64_t wanted) {
-  if (series_length > wanted) return wanted;
-  return std::max<int64_t>(1, (series_length + 1) / 2);
-}
-
-// Draws as many units as the series has, in blocks on a ring.
-void DrawSeries(int64_t length, int64_t block_length, Random& random,
-                int64_t* counts) {
-  const int64_t block = BlockLength(length, block_length);
-  for (int64_t drawn = 0; drawn < length;) {
-    const int64_t start = random.Index(length);
-    const int64_t end = std::min(length, drawn + block);
-    for (int64_t i = start; drawn < end; ++i, ++drawn) ++counts[i % length];
-  }
-}
-
-std::vector<int64_t> Lengths(const std::vector<RatioSeries>& series) {
-  std::vector<int64_t> lengths;
-  lengths.reserve(series.size());
-  for (const RatioSeries& units : series) {
-    lengths.push_back(static_cast<int64_t>(units.size()));
-  }
-  return lengths;
-}
-
-// Adds the units of a series; `next` is the index of its first unit in the
-// counts.
-void AddUnits(const RatioSeries& units, const DrawCounts* counts, size_t* next,
-              RatioUnit* sum) {
-  for (const RatioUnit& unit : units) {
-    const double times =
-        counts == nullptr ? 1.0 : static_cast<double>((*counts)[(*next)++]);
-    sum->sum += times * unit.sum;
-    sum->weight += times * unit.weight;
-  }
-}
-
-}  // namespace
 
 Interval BlockBootstrap(
     const std::vector<int64_t>& series_lengths,

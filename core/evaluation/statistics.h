@@ -5,10 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <vector>
 
-#include "core/base/options.h"
+#include "core/base/constants.h"
 
 namespace kinegraph {
 
@@ -63,9 +62,9 @@ struct BootstrapOptions {
 
 // All NaN if the score is undefined.
 struct Interval {
-  double low = std::numeric_limits<double>::quiet_NaN();
-  double high = std::numeric_limits<double>::quiet_NaN();
-  double standard_error = std::numeric_limits<double>::quiet_NaN();
+  double low = kNan;
+  double high = kNan;
+  double standard_error = kNan;
 };
 
 // Number of times each unit (a frame, a person-frame) was drawn; the units of
@@ -95,6 +94,11 @@ std::vector<Interval> BlockBootstrapAll(
 struct RatioUnit {
   double sum = 0.0;
   double weight = 0.0;
+
+  void Add(double value) {
+    sum += value;
+    weight += 1.0;
+  }
 };
 using RatioSeries = std::vector<RatioUnit>;
 

@@ -34,8 +34,7 @@ std::vector<Sample> Samples(const FramePairing& frames,
   constexpr size_t kMostFrames = 200;
   std::vector<const FramePair*> both;
   for (const FramePair& pair : frames.pairs) {
-    if (pair.truth == nullptr || pair.truth->people.empty()) continue;
-    if (pair.tracks == nullptr || pair.tracks->people.empty()) continue;
+    if (PeopleOf(pair.truth).empty() || PeopleOf(pair.tracks).empty()) continue;
     both.push_back(&pair);
   }
   const size_t stride = (both.size() + kMostFrames - 1) / kMostFrames;
@@ -65,12 +64,6 @@ double ExtentOf(const std::vector<Sample>& samples) {
     }
   }
   return Median(std::move(extents_m));
-}
-
-JointPairs SameJoints(size_t count) {
-  JointPairs joints;
-  for (int j = 0; j < static_cast<int>(count); ++j) joints.push_back({j, j});
-  return joints;
 }
 
 struct Fit {
@@ -190,9 +183,10 @@ WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {
   if (2 * check.found.count > check.found.total) return check;
   Fit best = as_it_stands;
   OtherWorld other;
+  const std::vector<Matrix3d> permutations = SignedPermutations();
   // Confusions of metres, centimetres and millimetres.
   for (const double scale : {1.0, 0.001, 1000.0, 0.01, 100.0, 0.1, 10.0}) {
-    for (const Matrix3d& axes : SignedPermutations()) {
+    for (const Matrix3d& axes : permutations) {
       const Fit fit = FitOf(samples, same, axes, scale);
       if (!fit.IsBetterThan(best)) continue;
       best = fit;

@@ -127,13 +127,12 @@ struct MovingPoint {
 };
 
 std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton,
-                                      bool has_floor) {
+                                      const MassWeights& mass, bool has_floor) {
   std::vector<MovingPoint> points;
   const int left = skeleton.IndexOf("l_hip"), right = skeleton.IndexOf("r_hip");
   if (left >= 0 && right >= 0 && has_floor) {
     points.push_back({"pelvis", {{left, 0.5}, {right, 0.5}}, true});
   }
-  const MassWeights mass = MassWeightsOf(skeleton);
   if (!mass.empty()) points.push_back({"com", mass, false});
   for (int j = 0; j < skeleton.joint_count(); ++j) {
     if (!HasSpeed(skeleton, j)) continue;
@@ -143,10 +142,9 @@ std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton,
 }
 
 // All angles or, where up is unknown, only those that do not depend on it.
-std::vector<JointAngle> AnglesThatRestOn(const std::optional<Vector3d>& up,
-                                         const Skeleton& skeleton) {
+std::vector<JointAngle> DefinedAngles(const Skeleton& skeleton, bool has_up) {
   std::vector<JointAngle> angles = AnglesOf(skeleton);
-  if (up.has_value()) return angles;
+  if (has_up) return angles;
   angles.erase(
       std::remove_if(angles.begin(), angles.end(),
                      [](const JointAngle& angle) { return angle.needs_up; }),
@@ -159,12 +157,12 @@ class Measurement {
  public:
   Measurement(const TrackSequence& tracks, const KinematicsOptions& options)
       : tracks_(tracks),
-        options_(options),
+        observed_only_(options.observed_only),
         up_(options.up.has_value() ? options.up
                                    : UpDirection(tracks, options.known)),
-        angles_(AnglesThatRestOn(up_, tracks.header.skeleton)),
+        angles_(DefinedAngles(tracks.header.skeleton, up_.has_value())),
         mass_(MassWeightsOf(tracks.header.skeleton)),
-        points_(MovingPoints(tracks.header.skeleton, up_.has_value())),
+        points_(MovingPoints(tracks.header.skeleton, mass_, up_.has_value())),
         frame_time_(FrameTime(tracks)),
         intervals_(HasCovariances(tracks)) {
     table_.has_times = frame_time_ > 0;
@@ -240,8 +238,7 @@ class Measurement {
   PersonPose Usable(const PersonPose& given) const {
     PersonPose person = given;
     for (Joint3d& joint : person.joints) {
-      const bool observed = joint.status == JointStatus::kObserved;
-      if (options_.observed_only && !observed) {
+      if (observed_only_ && joint.status != JointStatus::kObserved) {
         joint.status = JointStatus::kMissing;
       }
     }
@@ -325,7 +322,7 @@ class Measurement {
   }
 
   const TrackSequence& tracks_;
-  const KinematicsOptions options_;
+  const bool observed_only_;
   const std::optional<Vector3d> up_;
   const std::vector<JointAngle> angles_;
   const MassWeights mass_;

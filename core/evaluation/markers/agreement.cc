@@ -9,14 +9,12 @@
 
 #include "core/base/constants.h"
 #include "core/base/median.h"
-#include "core/evaluation/correspondence.h"
 #include "core/evaluation/mpjpe.h"
 
 namespace kinegraph {
 namespace {
 
 using Eigen::Matrix3d;
-using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
 constexpr double kNormal95 = 1.959963984540054;
@@ -60,9 +58,7 @@ std::optional<PersonPose> Choose(const TrackFrame& frame, TrackId person,
                                  bool only, const Pose3d& truth,
                                  const JointPairs& joints,
                                  const WorldFit& world) {
-  JointPairs all;
-  for (int j = 0; j < static_cast<int>(joints.size()); ++j)
-    all.push_back({j, j});
+  const JointPairs all = SameJoints(joints.size());
   std::optional<PersonPose> nearest;
   double least_m = kPersonGateM;
   for (const PersonPose& pose : frame.people) {
@@ -263,30 +259,6 @@ JointAgreement Summarise(const std::string& joint,
 
 // ---- Published protocols ----------------------------------------------------
 
-// `found` after the Procrustes similarity to `truth`; nullopt for fewer than
-// three points. Columns correspond.
-std::optional<Matrix3Xd> ProcrustesAligned(const Matrix3Xd& found,
-                                           const Matrix3Xd& truth) {
-  constexpr Eigen::Index kLeastPoints = 3;
-  if (found.cols() < kLeastPoints) return std::nullopt;
-  const Eigen::Matrix4d similarity = Eigen::umeyama(found, truth, true);
-  return Matrix3Xd((similarity.topLeftCorner<3, 3>() * found).colwise() +
-                   similarity.topRightCorner<3, 1>());
-}
-
-// The joints that both have in a frame, one per column.
-std::pair<Matrix3Xd, Matrix3Xd> CommonPoints(const PersonPose& truth,
-                                             const PersonPose& found) {
-  Matrix3Xd a(3, truth.joints.size()), b(3, truth.joints.size());
-  Eigen::Index count = 0;
-  for (size_t j = 0; j < truth.joints.size(); ++j) {
-    if (!truth.joints[j].present() || !found.joints[j].present()) continue;
-    a.col(count) = truth.joints[j].position_m;
-    b.col(count++) = found.joints[j].position_m;
-  }
-  return {a.leftCols(count), b.leftCols(count)};
-}
-
 std::optional<Vector3d> MidHip(const PersonPose& person,
                                const Skeleton& skeleton) {
   const int mid = skeleton.IndexOf("mid_hip");
@@ -303,19 +275,16 @@ void AddProtocols(const PairedMotion& motion, MotionAgreement* result) {
   constexpr double kPckM = 0.150;
   constexpr int kSteps = 30;
   const Skeleton& skeleton = motion.truth.header.skeleton;
-  double procrustes_sum_m = 0.0, auc_sum = 0.0;
-  int64_t procrustes_count = 0;
+  const JointPairs joints = SameJoints(skeleton.joints().size());
+  RatioSeries aligned;
+  double auc_sum = 0.0;
   result->root_aligned =
       (skeleton.IndexOf("l_hip") >= 0 && skeleton.IndexOf("r_hip") >= 0) ||
       skeleton.IndexOf("mid_hip") >= 0;
   for (size_t f = 0; f < motion.truth.frames.size(); ++f) {
     const PersonPose& truth = motion.truth.frames[f].people.front();
     const PersonPose& found = motion.tracks.frames[f].people.front();
-    const auto [a, b] = CommonPoints(truth, found);
-    if (const auto aligned = ProcrustesAligned(b, a)) {
-      procrustes_sum_m += (*aligned - a).colwise().norm().sum();
-      procrustes_count += a.cols();
-    }
+    aligned.push_back(AlignedError(truth.joints, found.joints, joints));
     Vector3d shift = Vector3d::Zero();
     if (result->root_aligned) {
       const auto true_root = MidHip(truth, skeleton);
@@ -323,23 +292,28 @@ void AddProtocols(const PairedMotion& motion, MotionAgreement* result) {
       if (!true_root || !found_root) continue;
       shift = *true_root - *found_root;
     }
-    for (Eigen::Index i = 0; i < a.cols(); ++i) {
-      const double error_m = (b.col(i) + shift - a.col(i)).norm();
+    for (size_t j = 0; j < joints.size(); ++j) {
+      const Joint3d& a = truth.joints[j];
+      const Joint3d& b = found.joints[j];
+      if (!a.present() || !b.present()) continue;
+      const double error_m = (b.position_m + shift - a.position_m).norm();
       result->pck_150.Add(error_m <= kPckM);
       for (int step = 0; step <= kSteps; ++step) {
         auc_sum += error_m <= kPckM * step / kSteps ? 1.0 : 0.0;
       }
     }
   }
-  result->pa_mpjpe_m =
-      procrustes_count > 0
-          ? procrustes_sum_m / static_cast<double>(procrustes_count)
-          : kNan;
+  result->pa_mpjpe_m = PooledRatio({aligned});
   result->auc =
       auc_sum / ((kSteps + 1) * static_cast<double>(result->pck_150.total));
 }
 
 }  // namespace
+
+bool PairedMotion::IsPooled(size_t joint) const {
+  return is_centre[joint] ||
+         std::count(is_centre.begin(), is_centre.end(), true) == 0;
+}
 
 PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
                         const TrackSequence& tracks, TrackId person, bool only,
@@ -371,7 +345,6 @@ PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
 
 void Calibration::Add(const Vector3d& error_m, const Matrix3d& covariance) {
   constexpr double kLogTwoPi = 1.8378770664093453;
-  constexpr double kMmPerM = 1000.0;
   ++count_;
   const Eigen::LLT<Matrix3d> root(covariance);
   // Not positive definite: counts as an ellipsoid that contains no error.
@@ -387,7 +360,8 @@ void Calibration::Add(const Vector3d& error_m, const Matrix3d& covariance) {
   ++definite_;
   trace_m2_ += covariance.trace();
   log_score_ += 0.5 * squared + 1.5 * kLogTwoPi +
-                lower.diagonal().array().log().sum() + 3.0 * std::log(kMmPerM);
+                lower.diagonal().array().log().sum() +
+                3.0 * std::log(kMillimetresPerMetre);
 }
 
 double Calibration::Covered(double level) const {
@@ -424,8 +398,6 @@ MotionAgreement CompareMotion(const PairedMotion& motion, const Vector3d& up,
     scale.block_frames =
         std::max<int64_t>(1, std::llround(block_s / scale.step_s));
   }
-  const bool any_centre =
-      std::count(motion.is_centre.begin(), motion.is_centre.end(), true) > 0;
   MotionAgreement result;
   std::vector<const Error*> pooled;
   std::vector<Vector3d> pooled_freed;
@@ -437,9 +409,11 @@ MotionAgreement CompareMotion(const PairedMotion& motion, const Vector3d& up,
     }
     if (of_joint.empty()) continue;
     const std::vector<Vector3d> freed = WithoutOffset(of_joint);
-    result.joints.push_back(Summarise(names[j], of_joint, freed, scale));
-    if (any_centre && !motion.is_centre[j]) continue;
-    medians_m.push_back(result.joints.back().median_m);
+    JointAgreement& joint =
+        result.joints.emplace_back(Summarise(names[j], of_joint, freed, scale));
+    joint.is_pooled = motion.IsPooled(j);
+    if (!joint.is_pooled) continue;
+    medians_m.push_back(joint.median_m);
     pooled.insert(pooled.end(), of_joint.begin(), of_joint.end());
     pooled_freed.insert(pooled_freed.end(), freed.begin(), freed.end());
   }

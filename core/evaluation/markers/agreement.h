@@ -21,7 +21,11 @@ namespace kinegraph {
 struct PairedMotion {
   TrackSequence truth;
   TrackSequence tracks;
-  std::vector<bool> is_centre;  // one per joint: its errors are pooled
+  std::vector<bool> is_centre;  // one per joint: markers enclose its centre
+
+  // Whether the errors of a joint are pooled: those of centres, or all if there
+  // is no centre.
+  bool IsPooled(size_t joint) const;
 };
 
 // The truth's joints, interpolated between its samples, in each frame of the
@@ -62,6 +66,7 @@ class Calibration {
 
 struct JointAgreement {
   std::string joint;  // "pooled": over all pooled joints
+  bool is_pooled = true;
   int64_t count = 0;
   double median_m = 0.0;  // NaN: no values, as for all below
   double mean_m = 0.0;
@@ -84,7 +89,7 @@ struct JointAgreement {
 
 struct MotionAgreement {
   std::vector<JointAgreement> joints;
-  JointAgreement pooled;  // of the centres; of all joints if there are none
+  JointAgreement pooled;
   double mean_of_medians_m = 0.0;  // of the joints that are pooled
   Calibration observed, inferred;  // of the joints that are pooled
   // Mean per joint error of all joints after Procrustes alignment (rotation,

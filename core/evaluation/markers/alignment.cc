@@ -1,12 +1,14 @@
 #include "core/evaluation/markers/alignment.h"
 
-#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
+#include <string>
 #include <utility>
 
 #include "core/base/constants.h"
@@ -26,12 +28,6 @@ constexpr double kHuberMedians = 1.5;
 // For speeds, beyond this number of root mean squares: most residuals are those
 // of standing still and make the median small.
 constexpr double kClockHuberRms = 6.0;
-
-std::string Text(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
-}
 
 double HuberWeight(double residual, double limit) {
   const double size = std::abs(residual);
@@ -91,7 +87,7 @@ double Correlation(const SpeedGrid& a, const SpeedGrid& b, int64_t shift,
 // Throws unless the standard deviation of some joint's speed reaches kLeastM_S.
 void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   constexpr double kLeastM_S = 0.05;
-  std::vector<double> deviations = {0.0};
+  double most = 0.0;
   for (size_t j = 0; j < paths.joint_count(); ++j) {
     std::vector<double> speeds;
     for (const double time_s : paths.times_s()) {
@@ -99,14 +95,13 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
         speeds.push_back(*speed);
       }
     }
-    if (!speeds.empty()) deviations.push_back(StandardDeviation(speeds));
+    if (!speeds.empty()) most = std::max(most, StandardDeviation(speeds));
   }
-  const double most = *std::max_element(deviations.begin(), deviations.end());
   if (most >= kLeastM_S) return;
-  throw InputError(
-      std::string("no motion to align the clocks with: no joint of ") + whose +
-      " changes its speed by more than " + Text("%.2f", most) +
-      " m/s; --align=world or none");
+  throw InputError(fmt::format(
+      "no motion to align the clocks with: no joint of {} changes its speed by "
+      "more than {:.2f} m/s; --align=world or none",
+      whose, most));
 }
 
 // The shift at which the speeds' correlation is most significant, to one step.
@@ -148,11 +143,10 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
     best_shift = shift;
   }
   if (best_correlation < kLeastCorrelation) {
-    throw InputError(
-        "the motions do not match at any shift of the clocks "
-        "(speeds correlate by " +
-        Text("%.2f", best_correlation) +
-        " at best): another person or another recording?");
+    throw InputError(fmt::format(
+        "the motions do not match at any shift of the clocks (speeds correlate "
+        "by {:.2f} at best): another person or another recording?",
+        best_correlation));
   }
   return truth.times_s().front() - tracks.times_s().front() +
          kStepS * static_cast<double>(best_shift);
@@ -183,7 +177,7 @@ struct ClockSums {
   }
 };
 
-constexpr double kStepS = 0.005;  // step for the slope of the speed
+constexpr double kSlopeStepS = 0.005;  // for the slope of the speed
 
 ClockSums SumClock(const JointPaths& truth, const JointPaths& tracks,
                    const ClockFit& clock, double half_s, double limit) {
@@ -198,11 +192,11 @@ ClockSums SumClock(const JointPaths& truth, const JointPaths& tracks,
     for (size_t j = 0; j < tracks.joint_count(); ++j) {
       const auto found = tracks.Speed(time_s, j, half_s);
       const auto expected = truth.Speed(at_s, j, half_s);
-      const auto before = truth.Speed(at_s - kStepS, j, half_s);
-      const auto after = truth.Speed(at_s + kStepS, j, half_s);
+      const auto before = truth.Speed(at_s - kSlopeStepS, j, half_s);
+      const auto after = truth.Speed(at_s + kSlopeStepS, j, half_s);
       if (!found || !expected || !before || !after) continue;
       const double residual = *expected - *found;
-      const double slope = (*after - *before) / (2.0 * kStepS);
+      const double slope = (*after - *before) / (2.0 * kSlopeStepS);
       const Vector2d row(slope, slope * (time_s - clock.middle_s));
       const double weight = HuberWeight(residual, limit);
       const Vector2d gradient = weight * residual * row;
@@ -372,11 +366,10 @@ void RequireExtent(const std::vector<PointPair>& pairs) {
   const Eigen::JacobiSVD<Matrix3d> svd(spread);
   const double second_m = std::sqrt(svd.singularValues()[1]);
   if (pairs.size() >= kLeastPoints && second_m >= kLeastM) return;
-  throw InputError(
-      "the common joints are too small a body to register: " +
-      std::to_string(pairs.size()) + " points within " +
-      Text("%.0f", pairs.empty() ? 0.0 : 1000.0 * second_m) +
-      " mm of a line; more joints (--joints), or --align=clock or none");
+  throw InputError(fmt::format(
+      "the common joints are too small a body to register: {} points within "
+      "{:.0f} mm of a line; more joints (--joints), or --align=clock or none",
+      pairs.size(), pairs.empty() ? 0.0 : 1000.0 * second_m));
 }
 
 // Thrown where a mirror image fits far better than any rotation.
@@ -397,12 +390,11 @@ WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
   if (fit.median_m > kBadM) {
     const double mirrored_m = FitRigid(pairs, -1.0).median_m;
     if (mirrored_m < kFarBetter * fit.median_m) {
-      throw MirroredAxes(
-          "mirrored axes: the mirror image fits within " +
-          Text("%.0f", 1000.0 * mirrored_m) + " mm, the motion itself within " +
-          Text("%.0f", 1000.0 * fit.median_m) +
-          " mm; an axis of one file is reversed, or left and right "
-          "are exchanged");
+      throw MirroredAxes(fmt::format(
+          "mirrored axes: the mirror image fits within {:.0f} mm, the motion "
+          "itself within {:.0f} mm; an axis of one file is reversed, or left "
+          "and right are exchanged",
+          1000.0 * mirrored_m, 1000.0 * fit.median_m));
     }
   }
   WorldFit world;
@@ -445,12 +437,11 @@ void RequireSameUnits(const JointPaths& truth, const JointPaths& tracks) {
   if (truth_m == 0.0 || tracks_m == 0.0) return;
   const double ratio = tracks_m / truth_m;
   if (ratio < kMostRatio && ratio > 1.0 / kMostRatio) return;
-  throw InputError(
-      "units differ: the body of the tracks is " + Text("%.4g", ratio) +
-      " times as large as that of the "
-      "ground truth (" +
-      Text("%.4g", tracks_m) + " m against " + Text("%.4g", truth_m) +
-      " m from its middle); one file states a wrong unit");
+  throw InputError(fmt::format(
+      "units differ: the body of the tracks is {:.4g} times as large as that "
+      "of the ground truth ({:.4g} m against {:.4g} m from its middle); one "
+      "file states a wrong unit",
+      ratio, tracks_m, truth_m));
 }
 
 // Median distance over all joints and all frames of the tracks [m]; NaN if
@@ -488,11 +479,10 @@ void RequireOverlap(const JointPaths& truth, const JointPaths& tracks) {
   const auto& a = tracks.times_s();
   const auto& b = truth.times_s();
   if (a.back() >= b.front() && b.back() >= a.front()) return;
-  throw InputError("the times do not overlap: the tracks span " +
-                   Text("%.3f", a.front()) + " .. " + Text("%.3f", a.back()) +
-                   " s, the ground truth " + Text("%.3f", b.front()) + " .. " +
-                   Text("%.3f", b.back()) +
-                   " s; --align=both or clock finds the shift");
+  throw InputError(fmt::format(
+      "the times do not overlap: the tracks span {:.3f} .. {:.3f} s, the "
+      "ground truth {:.3f} .. {:.3f} s; --align=both or clock finds the shift",
+      a.front(), a.back(), b.front(), b.back()));
 }
 
 // A fit that was not requested is only informative and may fail; mirrored axes
@@ -521,9 +511,12 @@ Alignment AlignPerson(const JointPaths& truth, const JointPaths& tracks,
   const auto clock = Try(by_clock, [&] {
     return FitClock(timing.first, timing.second, request.with_drift);
   });
-  if (by_clock) result.clock = *clock;
-  if (!by_clock) RequireOverlap(truth, tracks);
-  const ClockFit& on = clock ? *clock : result.clock;
+  if (by_clock) {
+    result.clock = *clock;
+  } else {
+    RequireOverlap(truth, tracks);
+  }
+  const ClockFit on = clock.value_or(ClockFit());
   const auto both = Try(request.align == Align::kBoth,
                         [&] { return FitWorld(truth, tracks, on, use); });
   if (request.align == Align::kBoth) result.world = *both;
@@ -579,20 +572,20 @@ std::optional<Vector3d> JointPaths::At(double time_s, size_t joint) const {
   const double step_s = times_s_[k] - times_s_[k - 1];
   if (!left.present() || step_s > 1.5 * frame_s_) return std::nullopt;
   const double u = (time_s - times_s_[k - 1]) / step_s;
-  const auto tangent = [&](size_t at, size_t before,
+  const auto tangent = [&](size_t before,
                            size_t after) -> std::optional<Vector3d> {
     if (!Sample(before, joint).present() || !Sample(after, joint).present()) {
       return std::nullopt;
     }
     const double span_s = times_s_[after] - times_s_[before];
-    if (span_s > 2.5 * frame_s_ || at >= times_s_.size()) return std::nullopt;
+    if (span_s > 2.5 * frame_s_) return std::nullopt;
     return Vector3d(
         (Sample(after, joint).position_m - Sample(before, joint).position_m) *
         (step_s / span_s));
   };
   std::optional<Vector3d> m0, m1;
-  if (k >= 2) m0 = tangent(k - 1, k - 2, k);
-  if (k + 1 < times_s_.size()) m1 = tangent(k, k - 1, k + 1);
+  if (k >= 2) m0 = tangent(k - 2, k);
+  if (k + 1 < times_s_.size()) m1 = tangent(k - 1, k + 1);
   const Vector3d chord = right.position_m - left.position_m;
   if (!m0 || !m1) return Vector3d(left.position_m + u * chord);
   // Hermite's cubic.
@@ -641,6 +634,8 @@ Alignment AlignRecordings(const TrackSequence& truth,
   constexpr int64_t kLeastCentres = 3;
   const JointPairs joints =
       CommonJoints(truth.header.skeleton, tracks.header.skeleton);
+  if (joints.empty())
+    throw InputError("has no joint in common with the tracks");
   const JointPaths truth_paths = TruthPaths(truth, joints);
   // Toes and heads may be defined differently, with different speeds.
   const JointPairs by_body =
@@ -656,11 +651,11 @@ Alignment AlignRecordings(const TrackSequence& truth,
   constexpr size_t kMostTried = 8;
   std::vector<TrackId> people = Candidates(tracks);
   if (request.person) {
-    if (!std::count(people.begin(), people.end(), *request.person)) {
-      throw InputError(
-          "--person=" + std::to_string(request.person->value()) +
-          ": the tracks have no such person who is present for a quarter of "
-          "the longest track or more");
+    if (std::count(people.begin(), people.end(), *request.person) == 0) {
+      throw InputError(fmt::format(
+          "--person={}: the tracks have no such person who is present for a "
+          "quarter of the longest track or more",
+          request.person->value()));
     }
     people = {*request.person};
   }

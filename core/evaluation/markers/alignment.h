@@ -95,10 +95,10 @@ struct AlignRequest {
 // `truth` has one person. `is_centre`, one per joint of the truth: the world is
 // fitted to these if at least three are common to both. Throws InputError,
 // which does not name the file, when a person is missing or the truth has
-// several, when there is no motion or the motions do not agree, when the times
-// do not overlap (if the clocks are not aligned), when the points do not
-// determine a rotation, when units differ, or when a mirror image fits far
-// better.
+// several, when no joint is common to both, when there is no motion or the
+// motions do not agree, when the times do not overlap (if the clocks are not
+// aligned), when the points do not determine a rotation, when units differ, or
+// when a mirror image fits far better.
 Alignment AlignRecordings(const TrackSequence& truth,
                           const std::vector<bool>& is_centre,
                           const TrackSequence& tracks,

@@ -81,8 +81,8 @@ class Finder {
     for (const Foot foot : {Foot::kLeft, Foot::kRight}) {
       const auto side = static_cast<size_t>(foot);
       if (result.is_walk) {
-        AddExtremes(foot, true, heels[side], 1.0, &result.events);
-        AddExtremes(foot, false, toes[side], -1.0, &result.events);
+        AddExtremes(foot, true, heels[side], &result.events);
+        AddExtremes(foot, false, toes[side], &result.events);
       } else {
         AddVertical(foot, &result.events);
       }
@@ -156,8 +156,8 @@ class Finder {
     for (int way : {-1, 1}) {
       bool reached = false;
       double known_s = times_s_[i];
-      for (size_t k = i; k + 1 > 0 && k < values.size();
-           k += static_cast<size_t>(way)) {
+      // Below 0 the index wraps around.
+      for (size_t k = i; k < values.size(); k += static_cast<size_t>(way)) {
         // Beyond a gap the peak may be in it.
         if (std::abs(times_s_[k] - known_s) > longest_gap_s_) break;
         if (!std::isnan(values[k])) known_s = times_s_[k];
@@ -173,9 +173,11 @@ class Finder {
     return true;
   }
 
+  // Contacts at maxima, foot off at minima.
   void AddExtremes(Foot foot, bool is_contact,
-                   const std::vector<double>& values, double sign,
+                   const std::vector<double>& values,
                    std::vector<FootEvent>* events) const {
+    const double sign = is_contact ? 1.0 : -1.0;
     const auto [low, high] = RangeOf(values);
     const double middle = 0.5 * (low + high);
     for (size_t i = 1; i + 1 < values.size(); ++i) {
@@ -203,21 +205,21 @@ class Finder {
     }
     for (size_t i = 0; i < speed.size(); ++i) {
       if (speed[i] > kLeastM_S && IsPeak(speed, i, 1.0)) {
-        Cross(foot, false, speed, i, -1, events);
+        AddCrossing(foot, false, speed, i, events);
       } else if (speed[i] < -kLeastM_S && IsPeak(speed, i, -1.0)) {
-        Cross(foot, true, speed, i, 1, events);
+        AddCrossing(foot, true, speed, i, events);
       }
     }
   }
 
-  // Adds an event where, in direction `way`, the speed has fallen to half of
-  // the peak.
-  void Cross(Foot foot, bool is_contact, const std::vector<double>& speed,
-             size_t peak, int way, std::vector<FootEvent>* events) const {
+  // Adds an event where the speed is half of the peak: before it for foot off,
+  // after it for a contact.
+  void AddCrossing(Foot foot, bool is_contact, const std::vector<double>& speed,
+                   size_t peak, std::vector<FootEvent>* events) const {
     const double half = 0.5 * speed[peak];
-    for (size_t k = peak; k > 0 && k + 1 < speed.size();
-         k += static_cast<size_t>(way)) {
-      const size_t next = k + static_cast<size_t>(way);
+    size_t next = peak;
+    for (size_t k = peak; k > 0 && k + 1 < speed.size(); k = next) {
+      next = is_contact ? k + 1 : k - 1;
       if (std::isnan(speed[next])) return;
       if (std::abs(speed[next]) > std::abs(half) && speed[next] * half > 0.0) {
         continue;

@@ -398,14 +398,11 @@ std::vector<Placed> Place(const MarkerSet& set, const Names& labels,
   return placed;
 }
 
-std::vector<Bone> BonesOf(const Names& joints) {
+std::vector<Bone> BonesOf(const Skeleton& joints) {
   std::vector<Bone> bones;
   const auto add = [&](const std::string& a, const std::string& b) {
-    const auto at_a = std::find(joints.begin(), joints.end(), a);
-    const auto at_b = std::find(joints.begin(), joints.end(), b);
-    if (at_a == joints.end() || at_b == joints.end()) return;
-    bones.push_back({static_cast<int>(at_a - joints.begin()),
-                     static_cast<int>(at_b - joints.begin())});
+    const int at_a = joints.IndexOf(a), at_b = joints.IndexOf(b);
+    if (at_a >= 0 && at_b >= 0) bones.push_back({at_a, at_b});
   };
   add("l_shoulder", "r_shoulder");
   add("l_hip", "r_hip");
@@ -474,7 +471,8 @@ MarkerJoints JointsOfMarkers(const TrackSequence& markers,
     result.is_centre.push_back(one.rule->is_centre);
   }
   result.tracks.header = markers.header;
-  result.tracks.header.skeleton = Skeleton(set.name, joints, BonesOf(joints));
+  result.tracks.header.skeleton =
+      Skeleton(set.name, joints, BonesOf(Skeleton(set.name, joints, {})));
   // Markers, followed by the joints defined so far.
   std::vector<Pose3d> poses;
   for (const TrackFrame& frame : markers.frames) {

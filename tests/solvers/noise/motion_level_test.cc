@@ -122,16 +122,22 @@ TEST(LevelChainTest, IsConsistentAcrossFrameRates) {
 }
 
 TEST(LevelChainTest, StaysNearTheRecordingLevel) {
-  LevelChain chain(1.5);
   LevelChain::Vector log_levels;
   for (int i = 0; i < kLevelCount; ++i) log_levels[i] = LogLevel(i);
-  EXPECT_NEAR(chain.stationary().dot(log_levels), 1.5, 0.05);
-  // Jumps to any level (0.2 per second) draw the mean level towards the middle
-  // of the grid, but the return to the recording's level (rate 1 / 0.5 s) is
-  // ten times as fast.
-  const LevelChain::Vector later =
-      chain.Transition(FromSeconds(20.0)) * chain.stationary();
-  EXPECT_NEAR(later.dot(log_levels), 1.5, 0.2 * 2.0);
+  for (const double level : {0.0, 1.5}) {
+    LevelChain chain(level);
+    // A normal distribution of spread 1 on a grid of step 1.2 from -3.7 to 6.9:
+    // the step changes the mean by 2 (2 pi / 1.2) exp(-2 (pi / 1.2)^2) = 1e-5
+    // (Poisson's summation), the ends by the density beyond them, 4e-5.
+    EXPECT_NEAR(chain.stationary().dot(log_levels), level, 1e-4);
+    // Jumps to any level (0.2 per second) draw the mean level towards the
+    // middle of the grid, but the return to the recording's level (rate 1 / 0.5
+    // s) is ten times as fast: a tenth of the distance.
+    const LevelChain::Vector later =
+        chain.Transition(FromSeconds(20.0)) * chain.stationary();
+    EXPECT_NEAR(later.dot(log_levels), level,
+                0.2 * 0.5 * (log_levels.mean() - level));
+  }
 }
 
 constexpr TimeNs kFrame = 40'000'000;

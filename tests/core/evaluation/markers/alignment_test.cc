@@ -120,6 +120,11 @@ TEST(Alignment, ErrorsNameTheCause) {
   const TrackSequence truth = Recorded(100.0, 5.0, Same);
   TrackSequence still = Recorded(100.0, 5.0, [](double) { return 1.0; });
   EXPECT_THAT(ErrorOf(truth, still), HasSubstr("no motion to align"));
+  TrackSequence other = truth;
+  std::vector<std::string> names;
+  for (int j = 0; j < 14; ++j) names.push_back("p" + std::to_string(j));
+  other.header.skeleton = Skeleton("other", names, {});
+  EXPECT_EQ(ErrorOf(truth, other), "has no joint in common with the tracks");
   TrackSequence later = truth;
   for (TrackFrame& frame : later.frames) frame.time += FromSeconds(100.0);
   EXPECT_THAT(ErrorOf(truth, later, Align::kNone),
