@@ -34,7 +34,7 @@ using JsonObject = simdjson::dom::object;
 
 // Access functions. Each throws InputError "KEY: found ..., expected ..." or
 // "KEY: is missing", which does not name the file; callers add file and line
-// (see Located).
+// (Located in text_file.h).
 JsonArray AsArray(JsonValue value, std::string_view key);
 JsonObject AsObject(JsonValue value, std::string_view key);
 double AsNumber(JsonValue value, std::string_view key);
@@ -60,8 +60,6 @@ void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
                double* numbers);
 // Replaces the key in messages about the outermost value of a text.
 inline constexpr std::string_view kOutermost = "the outermost value";
-// "an object", "an array", "null", ... for messages.
-const char* TypeName(JsonValue value);
 
 // Frame numbers are bounded so that arithmetic on them cannot overflow.
 // Identities may be any non-negative number: no arithmetic is done with them.
@@ -116,23 +114,6 @@ void ReadKeys(const JsonObject& object,
       FailMissing(keys[k].name);
     }
   }
-}
-
-// Runs `read` and adds file and place to the message of its InputError. `place`
-// is a function, called only on errors.
-template <typename Place, typename Read>
-auto Located(const std::string& file, const Place& place, const Read& read) {
-  try {
-    return read();
-  } catch (const InputError& error) {
-    throw InputError(file, place(), error.what());
-  }
-}
-
-template <typename Read>
-auto Located(const std::string& file, const Read& read) {
-  return Located(
-      file, [] { return ""; }, read);
 }
 
 // Parses whole files.
@@ -215,7 +196,8 @@ class OwnLines {
 // The beginning of a JSON file, for recognition of its format.
 struct JsonHead {
   char kind = '\0';  // '{', '[', or the first character of another format
-  std::vector<std::string> keys;  // outermost keys in the first 64 KiB
+  std::vector<std::string> keys;  // outermost keys in `beginning`
+  std::string beginning;          // first 64 KiB, as plain text
 
   bool Has(std::string_view key) const;
 };
