@@ -10,6 +10,8 @@
 #include "core/data/checks.h"
 #include "core/data/limits.h"
 #include "core/io/files/input_files.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/text/file_head.h"
 #include "core/io/text/json.h"
 #include "core/system/file.h"
 
@@ -375,12 +377,16 @@ int64_t OwnLines::CountFrames() const {
   return count - 1;           // without the header
 }
 
-bool JsonHead::Has(std::string_view key) const {
+bool FileHead::HasKey(std::string_view key) const {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
-JsonHead PeekJson(const std::string& path) {
-  JsonHead head;
+std::vector<std::string> FileHead::FirstRow() const {
+  return FirstCsvRow(beginning);
+}
+
+FileHead LookAtFile(const std::string& path) {
+  FileHead head;
   head.beginning = FirstBytes(path, size_t{64} << 10);
   MakePlainText(path, &head.beginning);
   const std::string_view text = head.beginning;

@@ -193,16 +193,6 @@ class OwnLines {
   simdjson::dom::parser parser_;
 };
 
-// The beginning of a JSON file, for recognition of its format.
-struct JsonHead {
-  char kind = '\0';  // '{', '[', or the first character of another format
-  std::vector<std::string> keys;  // outermost keys in `beginning`
-  std::string beginning;          // first 64 KiB, as plain text
-
-  bool Has(std::string_view key) const;
-};
-JsonHead PeekJson(const std::string& path);
-
 // The raw text of the value of `key` in a line with a valid object; empty if it
 // is missing or not an object.
 std::string RawObject(std::string_view line, std::string_view key);
