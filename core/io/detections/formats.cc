@@ -11,8 +11,6 @@
 #include "core/io/detections/view_files.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
-#include "core/io/text/csv_rows.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/names.h"
 
@@ -219,22 +217,6 @@ bool DetectionCollector::Next(DetectionFrame* frame) {
 std::unique_ptr<DetectionSource> DetectionCollector::Finish() {
   frame_count_ = static_cast<int64_t>(frames_.size());
   return std::make_unique<DetectionCollector>(std::move(*this));
-}
-
-void ReadCsv(const std::string& path,
-             const std::function<void(const std::vector<std::string>&)>& header,
-             const std::function<void(const std::vector<std::string>&)>& row) {
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  Located(
-      path, [&] { return rows.Place(); },
-      [&] {
-        std::vector<std::string> cells;
-        if (!rows.Next(&cells)) throw InputError("is empty");
-        header(cells);
-        const size_t width = cells.size();
-        while (rows.Next(&cells, width)) row(cells);
-      });
 }
 
 std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,

@@ -158,12 +158,6 @@ void AddPoints(const JsonArray& points, std::string_view key,
                const std::vector<double>& scores,
                ZeroConfidence zero_confidence, Detection* detection);
 
-// Reads a table: passes its first row to `header` and each further row, of the
-// same width, to `row`. Throws InputError naming file and line.
-void ReadCsv(const std::string& path,
-             const std::function<void(const std::vector<std::string>&)>& header,
-             const std::function<void(const std::vector<std::string>&)>& row);
-
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_DETECTIONS_FORMATS_H_
