@@ -27,14 +27,12 @@ namespace kinegraph {
 namespace {
 
 std::vector<std::string> ViewNames(const JsonObject& frames) {
-  std::set<std::string> names;
+  std::set<std::string, decltype(&NaturalLess)> names(NaturalLess);
   for (const auto image : frames) {
     const JsonObject object = AsObject(image.value, image.key);
     names.emplace(AsText(Required(object, "camera"), "camera"));
   }
-  std::vector<std::string> sorted(names.begin(), names.end());
-  std::sort(sorted.begin(), sorted.end(), NaturalLess);
-  return sorted;
+  return {names.begin(), names.end()};
 }
 
 void ReadPose(const JsonObject& pose, ZeroConfidence zero_confidence,

@@ -62,6 +62,11 @@ void SetKeypoints(const std::vector<double>& numbers,
   }
 }
 
+bool IsAnyFound(const std::vector<Keypoint>& joints) {
+  return std::any_of(joints.begin(), joints.end(),
+                     [](const Keypoint& joint) { return joint.found; });
+}
+
 NamedPaths ListViewFiles(const std::string& path,
                          const std::string& extension) {
   if (!fs::is_directory(path)) return {{fs::path(path).stem().string(), path}};
@@ -192,11 +197,7 @@ Detection* DetectionCollector::Add(int64_t frame, size_t view_idx) {
 
 void DetectionCollector::AddFound(int64_t frame, size_t view_idx,
                                   std::vector<Keypoint> joints) {
-  if (std::none_of(joints.begin(), joints.end(),
-                   [](const Keypoint& joint) { return joint.found; })) {
-    return;
-  }
-  Add(frame, view_idx)->joints = std::move(joints);
+  if (IsAnyFound(joints)) Add(frame, view_idx)->joints = std::move(joints);
 }
 
 bool DetectionCollector::Next(DetectionFrame* frame) {

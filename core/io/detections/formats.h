@@ -30,6 +30,8 @@ void SetKeypoints(const std::vector<double>& numbers,
                   ZeroConfidence zero_confidence,
                   std::vector<Keypoint>* joints);
 
+bool IsAnyFound(const std::vector<Keypoint>& joints);
+
 // A view's name and its file or folder.
 using NamedPaths = std::vector<std::pair<std::string, std::string>>;
 

@@ -30,6 +30,16 @@
 namespace kinegraph {
 namespace {
 
+using Texts = std::vector<std::string>;
+
+// The position of a name, which is appended if it is new.
+size_t PlaceAmong(const std::string& name, Texts* names) {
+  const auto at = std::find(names->begin(), names->end(), name);
+  const auto place = static_cast<size_t>(at - names->begin());
+  if (at == names->end()) names->push_back(name);
+  return place;
+}
+
 // Columns of a person's joint; -1: there is none.
 struct KeypointColumns {
   int x = -1;
@@ -81,8 +91,6 @@ int64_t FrameOfCell(const std::string& cell) {
 // detector (for example two seeds of Lightning Pose) is one recording, in which
 // the detectors are fused.
 
-using Texts = std::vector<std::string>;
-
 // ---- Columns ----
 
 // Columns of the joints of each individual.
@@ -90,14 +98,6 @@ struct DeepLabCutColumns {
   Texts labels;  // bodyparts
   std::vector<std::vector<KeypointColumns>> people;
 };
-
-// The position of a name, which is appended if it is new.
-size_t PlaceAmong(const std::string& name, Texts* names) {
-  const auto at = std::find(names->begin(), names->end(), name);
-  const auto place = static_cast<size_t>(at - names->begin());
-  if (at == names->end()) names->push_back(name);
-  return place;
-}
 
 // Each argument has one name per column, except that `individuals` may be
 // empty. Columns before `first` are the index. Its InputError does not name
@@ -186,8 +186,7 @@ class DeepLabCutRecording : public DetectionCollector {
                  std::vector<Keypoint> joints) {
     if (detectors_ == 1) {
       AddFound(frame, view_idx, std::move(joints));
-    } else if (std::any_of(joints.begin(), joints.end(),
-                           [](const Keypoint& joint) { return joint.found; })) {
+    } else if (IsAnyFound(joints)) {
       waiting_[{frame, view_idx, person}].push_back(std::move(joints));
     }
   }
