@@ -13,6 +13,7 @@
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/file_head.h"
 #include "core/io/text/json.h"
+#include "core/io/text/names.h"
 #include "core/system/file.h"
 
 namespace kinegraph {
@@ -249,12 +250,11 @@ double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other) {
 
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz) {
   if (frame_rate_hz == 0.0) return 0;
-  constexpr double kMaxFrames = 1e12;  // 30 years at 1000 Hz
-  if (static_cast<double>(frame) >= kMaxFrames) {
+  if (frame >= kMostFrames) {
     throw InputError("frame " + std::to_string(frame) +
                      ": is too large for a frame number and looks like a time "
-                     "since 1970; number the frames of all views by (time - "
-                     "first time) x frame rate, rounded");
+                     "since 1970" +
+                     kNumberByTime);
   }
   return CheckedTime(static_cast<double>(frame) / frame_rate_hz, "time");
 }
@@ -275,13 +275,11 @@ OwnLines::OwnLines(const std::string& path)
     : path_(path), file_(std::fopen(path.c_str(), "rbe")) {
   if (file_ == nullptr) FailToRead(path);
   InputFiles::Note(DescriptorOf(file_.get()), path);
-  buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
 OwnLines::OwnLines(const std::string& name, int pipe, int silence_ms)
     : path_(name), file_(StreamOf(pipe, "rb")), silence_ms_(silence_ms) {
   if (file_ == nullptr) FailToRead(name);
-  buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
 bool OwnLines::Fill() {

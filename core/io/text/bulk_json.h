@@ -182,9 +182,10 @@ class OwnLines {
 
   std::string path_;
   std::unique_ptr<std::FILE, Closer> file_;
-  int silence_ms_ = -1;       // -1: unlimited
-  std::vector<char> buffer_;  // simdjson's padding included
-  size_t begin_ = 0;          // begin of the current line
+  int silence_ms_ = -1;        // -1: unlimited
+  std::vector<char> buffer_ =  // simdjson's padding included
+      std::vector<char>((size_t{1} << 16) + simdjson::SIMDJSON_PADDING);
+  size_t begin_ = 0;  // begin of the current line
   size_t length_ = 0;
   size_t next_ = 0;  // begin and end of the unread text
   size_t end_ = 0;

@@ -73,21 +73,17 @@ std::optional<int64_t> FrameOfFileName(std::string_view file_name) {
 int64_t FrameOfName(std::string_view file_name) {
   const std::string_view name = BeforeEnd(file_name);
   const std::optional<int64_t> number = LastInteger(name);
-  // 30 years at 1000 Hz. Milliseconds since 1970 exceed this for all dates
-  // after September 2001.
-  constexpr int64_t kMost = 1'000'000'000'000;
   const bool has_seconds = HasSeconds(name);
-  if (number.has_value() && *number < kMost && !has_seconds) return *number;
+  if (number.has_value() && *number < kMostFrames && !has_seconds)
+    return *number;
   const std::string fault =
       "'" + Printable(std::string(file_name)) + "' contains no frame number";
   if (name.find_first_of(kDigits) == std::string_view::npos) {
     throw InputError(fault);
   }
-  throw InputError(
-      fault + " but what looks like " +
-      (has_seconds ? "a time in seconds" : TimeLikeness(number)) +
-      "; number the frames of all views by (time - first time) x frame rate, "
-      "rounded");
+  throw InputError(fault + " but what looks like " +
+                   (has_seconds ? "a time in seconds" : TimeLikeness(number)) +
+                   kNumberByTime);
 }
 
 bool NaturalLess(std::string_view a, std::string_view b) {
