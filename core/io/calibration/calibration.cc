@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <unordered_set>
-#include <utility>
 
 #include "core/base/constants.h"
 #include "core/base/error.h"

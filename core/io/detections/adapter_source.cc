@@ -4,7 +4,6 @@
 #include <memory>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/io/adapters/adapter.h"
 #include "core/io/detections/formats.h"
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <set>
-#include <stdexcept>
 
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
@@ -15,7 +14,6 @@
 #include "core/io/text/json_output.h"
 #include "core/io/text/longcw.h"
 #include "core/io/text/names.h"
-#include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {
 

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/base/error.h"
 #include "core/io/detections/formats.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/names.h"
