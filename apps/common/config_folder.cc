@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "core/base/error.h"
+#include "core/data/limits.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "core/system/process.h"
@@ -136,9 +137,9 @@ RunOptions OptionsOfFlags(const std::string& config, const std::string& set,
 
 RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
                           std::string set) {
-  if (!(frame_rate_hz >= 0.0 && frame_rate_hz <= 1e5)) {
+  if (!(frame_rate_hz >= 0.0 && frame_rate_hz <= kMaxFrameRate_hz)) {
     throw InputError(
-        "--frame_rate: expected a rate in Hz above 0 and at most 1e5");
+        "--frame_rate: expected a rate in Hz above 0 and at most 1e6");
   }
   if (frame_rate_hz > 0.0) {
     set = JoinSets(set, fmt::format("input.frame_rate={:.17g}", frame_rate_hz));

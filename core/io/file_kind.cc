@@ -10,7 +10,7 @@
 #include "core/io/calibration/format.h"
 #include "core/io/detections/format.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
+#include "core/io/text/file_head.h"
 #include "core/io/text/words.h"
 #include "core/io/tracks/format.h"
 
@@ -66,12 +66,14 @@ FileKind KindOfArray(const std::string& path) {
   return FileKind::kTracks;
 }
 
-FileKind KindOfObject(const JsonHead& head) {
+FileKind KindOfObject(const FileHead& head) {
   for (const char* key : {"kinegraph_detections", "people", "3d_pairs",
                           "instance_info", "images", "annotations"}) {
-    if (head.Has(key)) return FileKind::kDetections;
+    if (head.HasKey(key)) return FileKind::kDetections;
   }
-  if (head.Has("frames") && head.Has("image_wh")) return FileKind::kDetections;
+  if (head.HasKey("frames") && head.HasKey("image_wh")) {
+    return FileKind::kDetections;
+  }
   return FileKind::kCalibration;  // keys may be arbitrary names of cameras
 }
 
@@ -124,7 +126,7 @@ FileKind KindOfFile(const std::string& path) {
       LooksLikeTomlOrYaml(Beginning(path))) {
     return FileKind::kCalibration;
   }
-  const JsonHead head = PeekJson(path);
+  const FileHead head = LookAtFile(path);
   if (head.kind == '{') return KindOfObject(head);
   if (head.kind == '[') return KindOfArray(path);
   if (IsNumberTable(Beginning(path).substr(0, 200))) return KindOfNumbers(path);
@@ -146,8 +148,8 @@ FileKind KindOfFolder(const std::string& path) {
     if (HasExtension(name, {".csv", ".h5"})) return KindOfFile(inside);
     if (!HasExtension(name, {".json"})) continue;
     // In a folder, only detections are stored as arrays (COCO's may be empty).
-    return PeekJson(inside).kind == '[' ? FileKind::kDetections
-                                        : KindOfFile(inside);
+    return LookAtFile(inside).kind == '[' ? FileKind::kDetections
+                                          : KindOfFile(inside);
   }
   return KindByAdapter(path);
 }

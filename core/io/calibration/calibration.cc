@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <unordered_set>
-#include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/adapters/adapter.h"
 #include "core/io/calibration/format.h"
@@ -70,9 +70,9 @@ double PerMetre(const CalibrationFile& file, const std::string& path,
   }
   switch (option == LengthUnit::kAuto ? file.unit : option) {
     case LengthUnit::kCentimetre:
-      return 100.0;
+      return kCentimetresPerMetre;
     case LengthUnit::kMillimetre:
-      return 1000.0;
+      return kMillimetresPerMetre;
     default:
       return 1.0;
   }

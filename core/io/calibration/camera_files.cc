@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -22,14 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-}  // namespace
-
 // ---- TUM ----
 // Projection matrices P0.txt, P1.txt, ... as TUM publishes them for Campus and
 // Shelf: 3x4 numbers separated by spaces or commas, metres. P is known up to
 // scale and sign.
-
-namespace {
 
 // Decomposes P = s K [R | t] such that K is upper triangular with positive
 // diagonal and K(2,2) = 1, and det R = +1, which determines the sign of s

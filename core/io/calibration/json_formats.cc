@@ -42,8 +42,6 @@ bool HasOthersCameras(const CalibrationHead& head) {
   return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras");
 }
 
-}  // namespace
-
 // ---- kinegraph's own ----
 // cameras.json:
 //   {"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": [
@@ -53,8 +51,6 @@ bool HasOthersCameras(const CalibrationHead& head) {
 //    "refinement": {...}}
 // "refinement" (optional) records how cameras were changed
 // (refinement_record.h).
-
-namespace {
 
 Json CameraJson(const Camera& camera) {
   const bool has_lens = camera.lens() != nullptr;

@@ -26,7 +26,6 @@
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/skeleton_json.h"
 #include "core/io/text/toml_file.h"
 
 namespace kinegraph {
@@ -113,11 +112,6 @@ bool HasCameras(const Json& root) {
   return std::any_of(root.begin(), root.end(), is_camera);
 }
 
-Json ReadToml(const fs::path& path) {
-  const std::string name = path.string();
-  return ToJson(ParseToml(ReadTextFile(name, kMaxSmallFileBytes), name));
-}
-
 // The file with the cameras in a session's folder; empty if there is none.
 fs::path SessionFile(const CalibrationHead& head) {
   const fs::path folder = head.path;
@@ -125,7 +119,8 @@ fs::path SessionFile(const CalibrationHead& head) {
     if (head.HasFile(name)) return folder / name;
   }
   constexpr const char* kConfig = "config.toml";
-  if (!head.HasFile(kConfig) || !HasCameras(ReadToml(folder / kConfig))) {
+  if (!head.HasFile(kConfig) ||
+      !HasCameras(ReadToml((folder / kConfig).string()))) {
     return {};
   }
   return folder / kConfig;
@@ -135,7 +130,7 @@ fs::path SessionFile(const CalibrationHead& head) {
 bool HasBoardInMillimetres(const fs::path& calibration) {
   const fs::path board = calibration.parent_path() / "board.toml";
   if (!IsFile(board.string())) return false;
-  const Json json = ReadToml(board);
+  const Json json = ReadToml(board.string());
   const auto square = json.find("square_length");
   return square != json.end() && square->is_number() &&
          square->get<double>() > 1.0;
@@ -178,7 +173,7 @@ CalibrationFile ReadPose2sim(const CalibrationHead& head) {
                      "has no camera_array.toml, calibration.toml or "
                      "config.toml with cameras");
   }
-  const Json json = ReadToml(path);
+  const Json json = ReadToml(path.string());
   CalibrationFile file = ReadTables(JsonField(json, path.string()));
   if (file.unit == LengthUnit::kMetre && HasBoardInMillimetres(path)) {
     file.unit = LengthUnit::kMillimetre;

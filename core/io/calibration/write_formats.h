@@ -44,22 +44,15 @@ std::string JsonLines(const Json& object);
 // All numbers of a matrix in one list, row by row.
 template <typename Matrix>
 std::vector<double> RowMajor(const Matrix& matrix) {
-  std::vector<double> numbers;
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
-      numbers.push_back(matrix(r, c));
-    }
-  }
-  return numbers;
+  const auto numbers = matrix.template reshaped<Eigen::RowMajor>();
+  return {numbers.begin(), numbers.end()};
 }
 
 // A matrix as a list of rows.
 template <typename Matrix>
 Json JsonRows(const Matrix& matrix) {
   Json rows = Json::array();
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    rows.push_back(RowMajor(matrix.row(r)));
-  }
+  for (const auto& row : matrix.rowwise()) rows.push_back(RowMajor(row));
   return rows;
 }
 

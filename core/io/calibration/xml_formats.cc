@@ -57,8 +57,6 @@ Eigen::Matrix3d RotationOfAxes(const Eigen::Matrix3d& axes) {
   return Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal() * axes;
 }
 
-}  // namespace
-
 // ---- Qualisys ----
 // Qualisys: NAME.qca.txt of QTM's project folder, and cal.txt as QTM exports it
 // for Theia; the same XML, with one element <camera> per camera:
@@ -75,8 +73,6 @@ Eigen::Matrix3d RotationOfAxes(const Eigen::Matrix3d& axes) {
 // The lens terms are OpenCV's, without unit. Pose2Sim multiplies them by 64
 // when it writes such a file (qtm-version="none") and divides them when it
 // reads one; in its files they are divided here, too.
-
-namespace {
 
 constexpr double kPerPixel = 64.0;
 

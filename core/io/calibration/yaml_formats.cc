@@ -55,16 +55,12 @@ std::string OpencvMatrix(const std::string& key, const Matrix& matrix) {
          "\n  dt: d\n  data: " + DecimalList(matrix) + "\n";
 }
 
-}  // namespace
-
 // ---- OpenCV ----
 // OpenCV's YAML, one file per camera: camera_matrix, distortion_coefficients,
 // image_width, image_height as OpenCV's calibration program and ROS write them.
 // Neither writes a pose; it is read from rvec (or R, vector or matrix) and tvec
 // (or T): x_cam = R X + T, metres. The camera's name is camera_name, otherwise
 // the file name without extension.
-
-namespace {
 
 // The first of two spellings; if both are present they must agree.
 template <typename Read>

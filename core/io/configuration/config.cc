@@ -240,12 +240,10 @@ class ConfigFile::Reader : public OptionVisitor {
   explicit Reader(Impl* config) : config_(config) {}
 
   void Enter(const std::string& name) override {
-    const toml::node* node = Start(name).node;
+    const Setting setting = Start(name);
     tables_.push_back(name);
-    if (node != nullptr && !node->is_table()) {
-      const std::string key = JoinKey(tables_, "");
-      config_->Fail(*node, key.substr(0, key.size() - 1),
-                    "found " + Found(*node) + ", expected a table");
+    if (setting.node != nullptr && !setting.node->is_table()) {
+      setting.Fail("expected a table");
     }
   }
   void Leave() override { tables_.pop_back(); }

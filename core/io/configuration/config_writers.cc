@@ -95,9 +95,8 @@ class KeyLister : public OptionVisitor {
  private:
   void Add(const std::string& key, const Json& value, const std::string& unit,
            const std::string& allowed, const std::string& help) {
-    std::string path = JoinKey(tables_, "");
-    if (!path.empty()) path.pop_back();  // the dot
-    keys.push_back({path, key, TomlText(value), unit, allowed, help});
+    keys.push_back({fmt::format("{}", fmt::join(tables_, ".")), key,
+                    TomlText(value), unit, allowed, help});
     Json* table = &root;
     for (const std::string& name : tables_) {
       table = &(*table)[name];

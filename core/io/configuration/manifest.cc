@@ -120,8 +120,7 @@ std::string TableText(const std::string& heading, Table table) {
 }  // namespace
 
 Manifest ReadManifest(const std::string& path, const FindShipped& shipped) {
-  const Json root =
-      ToJson(ParseToml(ReadTextFile(path, kMaxSmallFileBytes), path));
+  const Json root = ReadToml(path);
   Manifest manifest;
   for (const auto& [key, field] : JsonField(root, path).Members("key")) {
     if (key == "held_out") {

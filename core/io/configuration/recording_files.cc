@@ -4,7 +4,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <utility>
 
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
@@ -238,7 +237,7 @@ JointRule RuleOf(const std::string& joint, const JsonField& table) {
 }  // namespace
 
 MarkerSet ReadJointRules(const std::string& path) {
-  const Json root = ToJson(ParseToml(ReadTextFile(path), path));
+  const Json root = ReadToml(path);
   MarkerSet set;
   set.name = path;
   for (const JsonField::Member& member : JsonField(root, path).Members("key")) {

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "core/base/error.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 

@@ -4,7 +4,6 @@
 #include <memory>
 #include <utility>
 
-#include "core/base/error.h"
 #include "core/io/adapters/adapter.h"
 #include "core/io/detections/formats.h"
 
@@ -61,7 +60,11 @@ class SeenPeople : public DetectionSource {
     if (!source_->Next(frame)) return false;
     for (ViewDetections& view : frame->views) {
       auto& all = view.detections;
-      all.erase(std::remove_if(all.begin(), all.end(), IsEmpty), all.end());
+      all.erase(std::remove_if(all.begin(), all.end(),
+                               [](const Detection& detection) {
+                                 return !IsAnyFound(detection.joints);
+                               }),
+                all.end());
       for (size_t i = 0; i < all.size(); ++i) {
         all[i].index_in_file = static_cast<int>(i);
       }
@@ -70,11 +73,6 @@ class SeenPeople : public DetectionSource {
   }
 
  private:
-  static bool IsEmpty(const Detection& detection) {
-    return std::none_of(detection.joints.begin(), detection.joints.end(),
-                        [](const Keypoint& joint) { return joint.found; });
-  }
-
   const std::unique_ptr<DetectionSource> source_;
 };
 

@@ -288,8 +288,7 @@ std::string FolderOfImage(const std::string& file_name) {
   const size_t slash = file_name.find_last_of("/\\");
   if (slash == std::string::npos) return "";
   const std::string folder = file_name.substr(0, slash);
-  const size_t before = folder.find_last_of("/\\");
-  return before == std::string::npos ? folder : folder.substr(before + 1);
+  return folder.substr(folder.find_last_of("/\\") + 1);  // npos + 1 is 0
 }
 
 struct Image {
@@ -311,9 +310,8 @@ Image ReadImage(const JsonObject& object) {
     image.frame = AsFrame(frame, key);
     return image;
   }
-  const size_t slash = file_name.find_last_of("/\\");
-  image.frame = FrameOfName(
-      slash == std::string::npos ? file_name : file_name.substr(slash + 1));
+  image.frame =  // npos + 1 is 0
+      FrameOfName(file_name.substr(file_name.find_last_of("/\\") + 1));
   return image;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <set>
-#include <stdexcept>
 
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
@@ -15,7 +14,6 @@
 #include "core/io/text/json_output.h"
 #include "core/io/text/longcw.h"
 #include "core/io/text/names.h"
-#include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {
 
@@ -27,14 +25,12 @@ namespace kinegraph {
 namespace {
 
 std::vector<std::string> ViewNames(const JsonObject& frames) {
-  std::set<std::string> names;
+  std::set<std::string, decltype(&NaturalLess)> names(NaturalLess);
   for (const auto image : frames) {
     const JsonObject object = AsObject(image.value, image.key);
     names.emplace(AsText(Required(object, "camera"), "camera"));
   }
-  std::vector<std::string> sorted(names.begin(), names.end());
-  std::sort(sorted.begin(), sorted.end(), NaturalLess);
-  return sorted;
+  return {names.begin(), names.end()};
 }
 
 void ReadPose(const JsonObject& pose, ZeroConfidence zero_confidence,

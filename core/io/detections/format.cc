@@ -1,16 +1,11 @@
 #include "core/io/detections/format.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <optional>
 
-#include "core/base/error.h"
 #include "core/io/detections/formats.h"
-#include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
-#include "core/io/text/csv_rows.h"
 #include "core/io/text/names.h"
 
 namespace kinegraph {
@@ -65,7 +60,6 @@ std::optional<std::string> FirstFile(const std::string& folder) {
   std::optional<std::string> first;
   for (const std::string& name : ListFolder(folder)) {
     if (name.front() == '.' || !IsDataFile(name)) continue;
-    if (!IsFileOrFolder(fs::directory_entry(folder + "/" + name))) continue;
     if (!first || NaturalLess(name, *first)) first = name;
   }
   if (!first) return std::nullopt;
@@ -120,17 +114,8 @@ const DetectionFormat* FindDetectionFormat(const std::string& name) {
   return nullptr;
 }
 
-bool DetectionHead::HasKey(const std::string& key) const {
-  return std::find(keys.begin(), keys.end(), key) != keys.end();
-}
-
-std::vector<std::string> DetectionHead::FirstRow() const {
-  return FirstCsvRow(beginning);
-}
-
 DetectionHead LookAtDetections(const std::string& path) {
   DetectionHead head;
-  head.path = path;
   head.is_folder = IsFolder(path);
   head.file = path;
   if (head.is_folder) {
@@ -149,10 +134,7 @@ DetectionHead LookAtDetections(const std::string& path) {
     head.file = file.value_or("");
     if (head.file.empty()) return head;
   }
-  const JsonHead json = PeekJson(head.file);
-  head.kind = json.kind;
-  head.keys = json.keys;
-  head.beginning = BeginningOf(head.file, 1 << 16);
+  static_cast<FileHead&>(head) = LookAtFile(head.file);
   return head;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/io/detections/source.h"
+#include "core/io/text/file_head.h"
 #include "core/io/text/lost_fields.h"
 
 namespace kinegraph {
@@ -23,19 +24,14 @@ struct DetectionWriteOptions {
 };
 
 // The beginning of a path's content, to recognise its format.
-struct DetectionHead {
-  std::string path;
+struct DetectionHead : FileHead {
   bool is_folder = false;
   bool has_folders = false;  // the folder has subfolders that may be views
-  // The file itself, or the first .json, .csv or .h5 file of the folder,
-  // otherwise of its first subfolder that has one; empty if there is none.
+  // The path of this beginning: the file itself, or the first .json, .csv or
+  // .h5 file of the folder, otherwise of its first subfolder that has one;
+  // empty if there is none.
   std::string file;
-  char kind = '\0';               // its first character that is not a space
-  std::vector<std::string> keys;  // keys of the root of a JSON object
-  std::string beginning;          // its first 64 KiB
 
-  bool HasKey(const std::string& key) const;
-  std::vector<std::string> FirstRow() const;  // of a table
   bool Contains(const std::string& text) const {
     return beginning.find(text) != std::string::npos;
   }

@@ -11,8 +11,6 @@
 #include "core/io/detections/view_files.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
-#include "core/io/text/csv_rows.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/names.h"
 
@@ -62,6 +60,11 @@ void SetKeypoints(const std::vector<double>& numbers,
     joint = MakeKeypoint(next[0], next[1], next[2], zero_confidence);
     next += 3;
   }
+}
+
+bool IsAnyFound(const std::vector<Keypoint>& joints) {
+  return std::any_of(joints.begin(), joints.end(),
+                     [](const Keypoint& joint) { return joint.found; });
 }
 
 NamedPaths ListViewFiles(const std::string& path,
@@ -194,11 +197,7 @@ Detection* DetectionCollector::Add(int64_t frame, size_t view_idx) {
 
 void DetectionCollector::AddFound(int64_t frame, size_t view_idx,
                                   std::vector<Keypoint> joints) {
-  if (std::none_of(joints.begin(), joints.end(),
-                   [](const Keypoint& joint) { return joint.found; })) {
-    return;
-  }
-  Add(frame, view_idx)->joints = std::move(joints);
+  if (IsAnyFound(joints)) Add(frame, view_idx)->joints = std::move(joints);
 }
 
 bool DetectionCollector::Next(DetectionFrame* frame) {
@@ -219,22 +218,6 @@ bool DetectionCollector::Next(DetectionFrame* frame) {
 std::unique_ptr<DetectionSource> DetectionCollector::Finish() {
   frame_count_ = static_cast<int64_t>(frames_.size());
   return std::make_unique<DetectionCollector>(std::move(*this));
-}
-
-void ReadCsv(const std::string& path,
-             const std::function<void(const std::vector<std::string>&)>& header,
-             const std::function<void(const std::vector<std::string>&)>& row) {
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  Located(
-      path, [&] { return rows.Place(); },
-      [&] {
-        std::vector<std::string> cells;
-        if (!rows.Next(&cells)) throw InputError("is empty");
-        header(cells);
-        const size_t width = cells.size();
-        while (rows.Next(&cells, width)) row(cells);
-      });
 }
 
 std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,

@@ -30,6 +30,8 @@ void SetKeypoints(const std::vector<double>& numbers,
                   ZeroConfidence zero_confidence,
                   std::vector<Keypoint>* joints);
 
+bool IsAnyFound(const std::vector<Keypoint>& joints);
+
 // A view's name and its file or folder.
 using NamedPaths = std::vector<std::pair<std::string, std::string>>;
 
@@ -157,12 +159,6 @@ void ForEachObject(const std::string& path, const std::string& entry,
 void AddPoints(const JsonArray& points, std::string_view key,
                const std::vector<double>& scores,
                ZeroConfidence zero_confidence, Detection* detection);
-
-// Reads a table: passes its first row to `header` and each further row, of the
-// same width, to `row`. Throws InputError naming file and line.
-void ReadCsv(const std::string& path,
-             const std::function<void(const std::vector<std::string>&)>& header,
-             const std::function<void(const std::vector<std::string>&)>& row);
 
 }  // namespace kinegraph
 

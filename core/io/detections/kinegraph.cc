@@ -26,16 +26,11 @@ namespace {
 
 class KinegraphSource : public DetectionSource {
  public:
-  KinegraphSource(const std::string& path, const DetectionReadOptions& options)
-      : options_(options), lines_(path) {
-    lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
-  }
-  // Reads the output of an adapter from a pipe.
-  KinegraphSource(const std::string& name, const DetectionReadOptions& options,
-                  int pipe, int silence_ms)
+  KinegraphSource(OwnLines lines, const DetectionReadOptions& options,
+                  bool is_of_adapter)
       : options_(options),
-        is_of_adapter_(true),
-        lines_(name, pipe, silence_ms) {
+        is_of_adapter_(is_of_adapter),
+        lines_(std::move(lines)) {
     lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
   }
 
@@ -116,19 +111,14 @@ class KinegraphSource : public DetectionSource {
     header_.skeleton = *options_.skeleton;
   }
 
-  int FindView(std::string_view name) const {
+  size_t ViewOf(std::string_view name) const {
     const auto& names = header_.view_names;
     const auto at = std::find(names.begin(), names.end(), name);
-    return at == names.end() ? -1 : static_cast<int>(at - names.begin());
-  }
-
-  size_t ViewOf(std::string_view name) const {
-    const int view_idx = FindView(name);
-    if (view_idx < 0) {
+    if (at == names.end()) {
       throw InputError("views: '" + Printable(std::string(name)) +
                        "' is not named in the header");
     }
-    return static_cast<size_t>(view_idx);
+    return static_cast<size_t>(at - names.begin());
   }
 
   // ---- A frame ----
@@ -230,7 +220,7 @@ class KinegraphSource : public DetectionSource {
   }
 
   const DetectionReadOptions options_;
-  const bool is_of_adapter_ = false;
+  const bool is_of_adapter_;  // through a pipe
   OwnLines lines_;
   DetectionHeader header_;
   int64_t stated_frames_ = -1;
@@ -248,7 +238,8 @@ class KinegraphSource : public DetectionSource {
 std::unique_ptr<DetectionSource> OpenLines(const std::string& name,
                                            const DetectionReadOptions& options,
                                            int pipe, int silence_ms) {
-  return std::make_unique<KinegraphSource>(name, options, pipe, silence_ms);
+  return std::make_unique<KinegraphSource>(OwnLines(name, pipe, silence_ms),
+                                           options, /*is_of_adapter=*/true);
 }
 
 bool RecogniseKinegraph(const DetectionHead& head) {
@@ -257,7 +248,8 @@ bool RecogniseKinegraph(const DetectionHead& head) {
 
 std::unique_ptr<DetectionSource> OpenKinegraph(
     const std::string& path, const DetectionReadOptions& options) {
-  return std::make_unique<KinegraphSource>(path, options);
+  return std::make_unique<KinegraphSource>(OwnLines(path), options,
+                                           /*is_of_adapter=*/false);
 }
 
 void WriteKinegraph(const std::string& path, const DetectionWriteOptions&,
@@ -366,10 +358,7 @@ class DetectionWriter::Impl {
   }
 
   void WriteJoint(const Keypoint& joint) {
-    if (!joint.found) {
-      out_.Text("null");
-      return;
-    }
+    if (!joint.found) return out_.Text("null");
     out_.Text("[");
     out_.Numbers({joint.px.x(), joint.px.y(), joint.confidence});
     out_.Text("]");

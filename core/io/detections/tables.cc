@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -13,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/data/box.h"
@@ -29,6 +29,16 @@
 
 namespace kinegraph {
 namespace {
+
+using Texts = std::vector<std::string>;
+
+// The position of a name, which is appended if it is new.
+size_t PlaceAmong(const std::string& name, Texts* names) {
+  const auto at = std::find(names->begin(), names->end(), name);
+  const auto place = static_cast<size_t>(at - names->begin());
+  if (at == names->end()) names->push_back(name);
+  return place;
+}
 
 // Columns of a person's joint; -1: there is none.
 struct KeypointColumns {
@@ -52,8 +62,7 @@ std::vector<Keypoint> ReadKeypointRow(
     }
     const auto at = [&](int column) {
       return Located(labels[j], [&] {
-        return NumberOfCell(cells[static_cast<size_t>(column)])
-            .value_or(std::numeric_limits<double>::quiet_NaN());
+        return NumberOfCell(cells[static_cast<size_t>(column)]).value_or(kNan);
       });
     };
     const double confidence =
@@ -75,18 +84,12 @@ int64_t FrameOfCell(const std::string& cell) {
   return FrameOfName(fmt::format("{:.0f}", *number));  // refuses times
 }
 
-}  // namespace
-
 // ---- DeepLabCut ----
 // DeepLabCut's predictions (and Lightning Pose's), CSV or HDF5, one file per
 // view: one column per coordinate, named by individual (only with several
 // animals or people), bodypart and coord. A folder with one such folder per
 // detector (for example two seeds of Lightning Pose) is one recording, in which
 // the detectors are fused.
-
-namespace {
-
-using Texts = std::vector<std::string>;
 
 // ---- Columns ----
 
@@ -95,13 +98,6 @@ struct DeepLabCutColumns {
   Texts labels;  // bodyparts
   std::vector<std::vector<KeypointColumns>> people;
 };
-
-size_t DeepLabCutPlaceOf(const std::string& name, Texts* names) {
-  const auto at = std::find(names->begin(), names->end(), name);
-  const auto place = static_cast<size_t>(at - names->begin());
-  if (at == names->end()) names->push_back(name);
-  return place;
-}
 
 // Each argument has one name per column, except that `individuals` may be
 // empty. Columns before `first` are the index. Its InputError does not name
@@ -113,8 +109,8 @@ DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
   Texts people;
   for (size_t c = first; c < coords.size(); ++c) {
     const size_t person =
-        DeepLabCutPlaceOf(individuals.empty() ? "" : individuals[c], &people);
-    const size_t joint = DeepLabCutPlaceOf(parts[c], &columns.labels);
+        PlaceAmong(individuals.empty() ? "" : individuals[c], &people);
+    const size_t joint = PlaceAmong(parts[c], &columns.labels);
     if (columns.people.size() <= person) columns.people.emplace_back();
     std::vector<KeypointColumns>& joints = columns.people[person];
     if (joints.size() <= joint) joints.resize(joint + 1);
@@ -190,8 +186,7 @@ class DeepLabCutRecording : public DetectionCollector {
                  std::vector<Keypoint> joints) {
     if (detectors_ == 1) {
       AddFound(frame, view_idx, std::move(joints));
-    } else if (std::any_of(joints.begin(), joints.end(),
-                           [](const Keypoint& joint) { return joint.found; })) {
+    } else if (IsAnyFound(joints)) {
       waiting_[{frame, view_idx, person}].push_back(std::move(joints));
     }
   }
@@ -286,25 +281,21 @@ DeepLabCutHeader ReadDeepLabCutHeader(CsvRows* rows) {
 void ReadDeepLabCutView(const std::string& path, size_t view_idx,
                         const DetectionReadOptions& options,
                         DeepLabCutRecording* recording) {
-  const std::string text = ReadTextFile(path);
-  CsvRows rows(text);
-  Located(
-      path, [&] { return rows.Place(); },
-      [&] {
-        const DeepLabCutHeader header = ReadDeepLabCutHeader(&rows);
-        const DeepLabCutColumns& columns = header.columns;
-        recording->SettleSkeleton(columns.labels);
-        for (Texts cells; rows.Next(&cells, header.width);) {
-          const int64_t frame = FrameOfCell(cells[header.first - 1]);
-          recording->Touch(frame);
-          for (size_t p = 0; p < columns.people.size(); ++p) {
-            recording->AddPerson(
-                frame, view_idx, p,
-                ReadKeypointRow(cells, columns.people[p], columns.labels,
-                                options.zero_confidence));
-          }
-        }
-      });
+  ReadText<CsvRows>(path, [&](CsvRows* rows) {
+    const DeepLabCutHeader header = ReadDeepLabCutHeader(rows);
+    const DeepLabCutColumns& columns = header.columns;
+    recording->SettleSkeleton(columns.labels);
+    for (Texts cells; rows->Next(&cells, header.width);) {
+      const int64_t frame = FrameOfCell(cells[header.first - 1]);
+      recording->Touch(frame);
+      for (size_t p = 0; p < columns.people.size(); ++p) {
+        recording->AddPerson(
+            frame, view_idx, p,
+            ReadKeypointRow(cells, columns.people[p], columns.labels,
+                            options.zero_confidence));
+      }
+    }
+  });
 }
 
 // ---- HDF5 ----
@@ -362,15 +353,6 @@ struct MediapipeColumns {
 
 MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
   MediapipeColumns columns;
-  const auto joint_of = [&columns](const std::string& label) -> auto& {
-    const auto at =
-        std::find(columns.labels.begin(), columns.labels.end(), label);
-    if (at != columns.labels.end()) {
-      return columns.joints[static_cast<size_t>(at - columns.labels.begin())];
-    }
-    columns.labels.push_back(label);
-    return columns.joints.emplace_back();
-  };
   for (size_t c = 0; c < header.size(); ++c) {
     const std::string name = PlainCell(header[c]);
     const int place = static_cast<int>(c);
@@ -383,7 +365,10 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
           {"_confidence", &KeypointColumns::confidence},
           {"_score", &KeypointColumns::confidence}}) {
       if (!EndsIn(name, end)) continue;
-      joint_of(name.substr(0, name.size() - end.size())).*column = place;
+      const size_t joint =
+          PlaceAmong(name.substr(0, name.size() - end.size()), &columns.labels);
+      columns.joints.resize(columns.labels.size());
+      columns.joints[joint].*column = place;
     }
   }
   // Other columns may end in _score, such as person_score.
@@ -409,21 +394,21 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
 void ReadMediapipeFile(const std::string& path, size_t view_idx,
                        const DetectionReadOptions& options,
                        DetectionCollector* collector) {
-  MediapipeColumns columns;
-  ReadCsv(
-      path,
-      [&](const std::vector<std::string>& header) {
-        columns = FindMediapipeColumns(header);
-        collector->SettleSkeleton(columns.labels);
-      },
-      [&](const std::vector<std::string>& cells) {
-        const int64_t frame =
-            FrameOfCell(cells[static_cast<size_t>(columns.frame)]);
-        std::vector<Keypoint> joints = ReadKeypointRow(
-            cells, columns.joints, columns.labels, options.zero_confidence);
-        collector->Touch(frame);
-        collector->AddFound(frame, view_idx, std::move(joints));
-      });
+  ReadText<CsvRows>(path, [&](CsvRows* rows) {
+    Texts cells;
+    if (!rows->Next(&cells)) throw InputError("is empty");
+    const size_t width = cells.size();
+    const MediapipeColumns columns = FindMediapipeColumns(cells);
+    collector->SettleSkeleton(columns.labels);
+    while (rows->Next(&cells, width)) {
+      const int64_t frame =
+          FrameOfCell(cells[static_cast<size_t>(columns.frame)]);
+      std::vector<Keypoint> joints = ReadKeypointRow(
+          cells, columns.joints, columns.labels, options.zero_confidence);
+      collector->Touch(frame);
+      collector->AddFound(frame, view_idx, std::move(joints));
+    }
+  });
 }
 
 void WriteMediapipeView(int64_t frame, const std::vector<Detection>& detections,

@@ -1,39 +1,25 @@
 #include "core/io/detections/video_times.h"
 
 #include <algorithm>
-#include <cctype>
-#include <map>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/adapters/adapter.h"
 
 namespace kinegraph {
-namespace {
-
-std::string LowerEnding(const std::string& path) {
-  const size_t dot = path.find_last_of("./");
-  if (dot == std::string::npos || path[dot] == '/') return "";
-  std::string ending = path.substr(dot + 1);
-  for (char& c : ending) {
-    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
-  return ending;
-}
-
-}  // namespace
 
 bool IsVideoName(const std::string& path) { return !VideoType(path).empty(); }
 
 std::string VideoType(const std::string& path) {
-  static const std::map<std::string, std::string> kTypes = {
-      {"mp4", "video/mp4"},
-      {"m4v", "video/mp4"},
-      {"mov", "video/quicktime"},
-      {"webm", "video/webm"},
-      {"mkv", "video/x-matroska"}};
-  const auto type = kTypes.find(LowerEnding(path));
-  return type == kTypes.end() ? "" : type->second;
+  for (const auto& [ending, type] : {std::pair{".mp4", "video/mp4"},
+                                     {".m4v", "video/mp4"},
+                                     {".mov", "video/quicktime"},
+                                     {".webm", "video/webm"},
+                                     {".mkv", "video/x-matroska"}}) {
+    if (EndsInAnyCase(path, ending)) return type;
+  }
+  return "";
 }
 
 std::vector<double> ReadVideoTimes(const std::string& path) {

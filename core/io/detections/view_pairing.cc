@@ -81,12 +81,6 @@ bool StandsIn(const Words& part, const Words& whole) {
          whole.end();
 }
 
-std::string Joined(const Words& words) {
-  std::string text;
-  for (const std::string& word : words) text += word + " ";
-  return text;
-}
-
 // Removes the words with which all names begin and those with which all end.
 std::vector<Words> Distinct(const std::vector<Words>& names) {
   if (names.size() < 2) return names;
@@ -300,13 +294,16 @@ class Pairing {
   // each of the other must be higher by one.
   bool MayBeOrdered(const std::vector<size_t>& views,
                     const std::vector<int>& cameras) const {
+    const auto integer = [](const Words& words) {
+      return LastInteger(LastNumber(words).value_or(""));
+    };
     std::set<int64_t> of_views;
     std::set<int64_t> of_cameras;
     std::set<int64_t> shifts;
     for (size_t i = 0; i < views.size(); ++i) {
-      const auto view = LastInteger(Joined(view_rests_[views[i]]));
+      const auto view = integer(view_rests_[views[i]]);
       const auto camera =
-          LastInteger(Joined(camera_rests_[static_cast<size_t>(cameras[i])]));
+          integer(camera_rests_[static_cast<size_t>(cameras[i])]);
       if (view.has_value()) of_views.insert(*view);
       if (camera.has_value()) of_cameras.insert(*camera);
       shifts.insert(camera.value_or(0) - view.value_or(0));

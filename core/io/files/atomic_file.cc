@@ -101,9 +101,10 @@ std::optional<int> OpenFileNamed(const fs::path& path) {
   throw InputError(path, "", std::string(what) + ": " + std::strerror(reason));
 }
 
-[[noreturn]] void Fail(const std::string& path, const char* what) {
+[[noreturn]] void Fail(const std::string& path, const char* what,
+                       int reason = errno) {
   throw std::runtime_error(
-      Printable(path + ": " + what + ": " + std::strerror(errno), 1000));
+      Printable(path + ": " + what + ": " + std::strerror(reason), 1000));
 }
 
 constexpr const char* kCannotWrite = "cannot be written";
@@ -207,8 +208,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
     const int reason = errno;
     CloseFile(descriptor);
     RemovePartial(temporary_);
-    errno = reason;
-    Fail(path, kCannotWrite);
+    Fail(path, kCannotWrite, reason);
   }
 }
 
@@ -246,8 +246,7 @@ void AtomicFile::Commit() {
   }
   const int reason = errno;
   RemovePartial(temporary_);
-  errno = reason;
-  Fail(path_, kCannotWrite);
+  Fail(path_, kCannotWrite, reason);
 }
 
 void WriteTextFile(const std::string& path, const std::string& text) {

@@ -15,11 +15,6 @@ namespace {
 struct State {
   std::string path;
   FileStatus status;
-
-  bool operator==(const State& other) const {
-    return status.size == other.status.size &&
-           status.changed == other.status.changed;
-  }
 };
 
 struct Inputs {
@@ -57,7 +52,8 @@ void InputFiles::Note(int descriptor, const std::string& path) {
   // A different path may be a new file that reuses the inode of a deleted one.
   if (known->second.path != path) {
     known->second = now;
-  } else if (!(known->second == now)) {
+  } else if (known->second.status.size != status->size ||
+             known->second.status.changed != status->changed) {
     throw InputError(path, "", "has changed while it was being read");
   }
 }

@@ -1,17 +1,13 @@
 #include "core/io/files/side_files.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <string_view>
 #include <system_error>
 
-#include "core/base/error.h"
 #include "core/io/files/text_file.h"
-#include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
@@ -45,22 +41,6 @@ class Fingerprint {
   uint64_t b_ = 0x9e3779b97f4a7c15u;
 };
 
-void AddFile(const std::string& path, Fingerprint* fingerprint) {
-  const Descriptor file(OpenToRead(path));
-  std::string buffer(size_t{1} << 18, '\0');
-  int64_t got = file.get() < 0 ? -1 : 0;
-  while (got >= 0) {
-    got = ReadSome(file.get(), buffer.data(), buffer.size());
-    if (got == 0) return;
-    if (got > 0) {
-      fingerprint->Add(
-          std::string_view(buffer).substr(0, static_cast<size_t>(got)));
-    }
-  }
-  throw InputError(path, "",
-                   std::string("cannot be read: ") + std::strerror(errno));
-}
-
 // The value of the key, if a text begins with it.
 std::string FingerprintAtHead(const std::string& text) {
   constexpr size_t kDigits = 32;
@@ -92,9 +72,10 @@ std::string BesideTracks(const std::string& tracks_path,
 
 std::string FingerprintOfTracks(const std::string& path) {
   Fingerprint fingerprint;
+  const auto add = [&](std::string_view bytes) { fingerprint.Add(bytes); };
   std::error_code error;
   if (!fs::is_directory(path, error)) {
-    AddFile(path, &fingerprint);
+    ForEachBlock(path, add);
     return fingerprint.Hex();
   }
   std::vector<fs::path> files;
@@ -104,7 +85,7 @@ std::string FingerprintOfTracks(const std::string& path) {
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
     fingerprint.Add(file.filename().string() + '\0');
-    AddFile(file.string(), &fingerprint);
+    ForEachBlock(file.string(), add);
   }
   return fingerprint.Hex();
 }
@@ -124,12 +105,11 @@ bool IsFingerprintLine(const std::string& line) {
 }
 
 std::string FingerprintIn(const std::string& path) {
-  const Descriptor file(OpenToRead(path));
-  std::string head(256, '\0');
-  const int64_t got =
-      file.get() < 0 ? -1 : ReadSome(file.get(), head.data(), head.size());
-  head.resize(static_cast<size_t>(std::max<int64_t>(0, got)));
-  return FingerprintAtHead(head);
+  try {
+    return FingerprintAtHead(FirstBytes(path, 256));
+  } catch (const InputError&) {
+    return "";
+  }
 }
 
 std::string SideFileOf(const std::string& tracks_path, const std::string& end,

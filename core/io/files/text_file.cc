@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <new>
 #include <system_error>
 
@@ -17,12 +16,6 @@ namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
-
-[[noreturn]] void FailToRead(const std::string& path) {
-  if (errno == ENOMEM) throw std::bad_alloc();
-  throw InputError(path, "",
-                   std::string("cannot be read: ") + std::strerror(errno));
-}
 
 // The type of a path, with links followed. Throws InputError if disk or network
 // fail, which does not mean that the file is absent.
@@ -40,6 +33,12 @@ bool BeginsWith(const std::string& text, const char* mark) {
 }
 
 }  // namespace
+
+void FailToRead(const std::string& path) {
+  if (errno == ENOMEM) throw std::bad_alloc();
+  throw InputError(path, "",
+                   std::string("cannot be read: ") + std::strerror(errno));
+}
 
 void MakePlainText(const std::string& path, std::string* text) {
   if (BeginsWith(*text, "\xff\xfe") || BeginsWith(*text, "\xfe\xff")) {
@@ -98,11 +97,38 @@ std::string ReadBytes(const std::string& path, size_t max_bytes) {
   return text;
 }
 
-std::string BeginningOf(const std::string& path, size_t bytes) {
+void ForEachBlock(const std::string& path,
+                  const std::function<void(std::string_view bytes)>& visit) {
+  const Descriptor file(OpenToRead(path));
+  if (file.get() < 0) FailToRead(path);
+  std::string block(size_t{1} << 18, '\0');
+  while (const int64_t got = ReadSome(file.get(), block.data(), block.size())) {
+    if (got < 0) FailToRead(path);
+    visit(std::string_view(block).substr(0, static_cast<size_t>(got)));
+  }
+}
+
+std::string FirstBytes(const std::string& path, size_t bytes) {
+  const Descriptor file(OpenToRead(path));
+  if (file.get() < 0) FailToRead(path);
   std::string text(bytes, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(text.data(), static_cast<std::streamsize>(bytes));
-  text.resize(static_cast<size_t>(std::max<std::streamsize>(0, file.gcount())));
+  size_t length = 0;
+  while (const int64_t got =
+             ReadSome(file.get(), text.data() + length, bytes - length)) {
+    if (got < 0) FailToRead(path);
+    length += static_cast<size_t>(got);
+  }
+  text.resize(length);
+  return text;
+}
+
+std::string BeginningOf(const std::string& path, size_t bytes) {
+  std::string text;
+  try {
+    text = FirstBytes(path, bytes);
+  } catch (const InputError&) {
+    return text;
+  }
   MakePlainText(path, &text);
   return text;
 }

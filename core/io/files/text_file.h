@@ -3,11 +3,18 @@
 #define KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/base/error.h"
+
 namespace kinegraph {
+
+// Throws InputError naming the file and the error in errno, or bad_alloc.
+[[noreturn]] void FailToRead(const std::string& path);
 
 // The file's bytes. Throws InputError naming the file if it is missing, a
 // folder, unreadable, or larger than `max_bytes`.
@@ -22,6 +29,15 @@ std::string ReadTextFile(const std::string& path,
 // ends) to newlines. Throws InputError naming the file if it is UTF-16 or
 // compressed.
 void MakePlainText(const std::string& path, std::string* text);
+
+// Calls `visit` with each block of a file's bytes. Throws InputError naming the
+// file if it cannot be read.
+void ForEachBlock(const std::string& path,
+                  const std::function<void(std::string_view bytes)>& visit);
+
+// At most the first `bytes` of a file. Throws InputError naming the file if it
+// cannot be read.
+std::string FirstBytes(const std::string& path, size_t bytes);
 
 // At most the first `bytes` of a file, as plain text; empty if it cannot be
 // read. Throws what MakePlainText throws.
@@ -47,6 +63,33 @@ void MakeFolder(const std::string& path);
 // Names of the files and folders in a folder, sorted as text. Throws InputError
 // naming the folder if it cannot be listed.
 std::vector<std::string> ListFolder(const std::string& path);
+
+// Runs `read` and adds file and place to the message of its InputError. `place`
+// is a function, called only on errors.
+template <typename Place, typename Read>
+auto Located(const std::string& file, const Place& place, const Read& read) {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    throw InputError(file, place(), error.what());
+  }
+}
+
+template <typename Read>
+auto Located(const std::string& file, const Read& read) {
+  return Located(
+      file, [] { return ""; }, read);
+}
+
+// Parses a file as a Text (CsvRows, Words) by `read(&text)`. Errors name file
+// and line.
+template <typename Text, typename Read>
+auto ReadText(const std::string& path, const Read& read) {
+  const std::string content = ReadTextFile(path);
+  Text text(content);
+  return Located(
+      path, [&] { return text.Place(); }, [&] { return read(&text); });
+}
 
 // A limit far larger than any calibration or configuration.
 inline constexpr size_t kMaxSmallFileBytes = size_t{64} << 20;

@@ -3,17 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <limits>
-#include <new>
 
+#include "core/base/constants.h"
 #include "core/data/checks.h"
 #include "core/data/limits.h"
 #include "core/io/files/input_files.h"
-#include "core/io/files/text_file.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/text/file_head.h"
 #include "core/io/text/json.h"
+#include "core/io/text/names.h"
 #include "core/system/file.h"
 
 namespace kinegraph {
@@ -25,14 +25,25 @@ constexpr size_t kPadding = simdjson::SIMDJSON_PADDING;
 constexpr size_t kMaxLineBytes = size_t{64} << 20;
 // simdjson's own limit is 4 GiB.
 constexpr size_t kMaxFileBytes = size_t{2} << 30;
-constexpr size_t kPeekBytes = size_t{64} << 10;
 constexpr int kMaxPeekDepth = 256;
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
-[[noreturn]] void FailToRead(const std::string& path) {
-  if (errno == ENOMEM) throw std::bad_alloc();
-  throw InputError(path, "",
-                   std::string("cannot be read: ") + std::strerror(errno));
+// "an object", "an array", "null", ... for messages.
+const char* TypeName(JsonValue value) {
+  switch (value.type()) {
+    case simdjson::dom::element_type::ARRAY:
+      return "an array";
+    case simdjson::dom::element_type::OBJECT:
+      return "an object";
+    case simdjson::dom::element_type::STRING:
+      return "a text";
+    case simdjson::dom::element_type::BOOL:
+      return "a boolean";
+    case simdjson::dom::element_type::NULL_VALUE:
+      return "null";
+    default:
+      return "a number";
+  }
 }
 
 [[noreturn]] void FailType(JsonValue value, std::string_view key,
@@ -60,25 +71,6 @@ std::string Explain(simdjson::error_code error) {
     default:
       return "is not valid JSON (truncated, or text after its end?)";
   }
-}
-
-int OpenOrFail(const std::string& path) {
-  const int descriptor = OpenToRead(path);
-  if (descriptor < 0) FailToRead(path);
-  return descriptor;
-}
-
-// Reads up to `capacity` bytes; fewer only at the end of the file.
-size_t ReadFully(const std::string& path, int descriptor, char* to,
-                 size_t capacity) {
-  size_t length = 0;
-  while (length < capacity) {
-    const int64_t got = ReadSome(descriptor, to + length, capacity - length);
-    if (got < 0) FailToRead(path);
-    if (got == 0) break;
-    length += static_cast<size_t>(got);
-  }
-  return length;
 }
 
 // Index of the quote that closes a text, or the end.
@@ -148,23 +140,6 @@ std::vector<std::string> ScanKeys(std::string_view text,
 
 }  // namespace
 
-const char* TypeName(JsonValue value) {
-  switch (value.type()) {
-    case simdjson::dom::element_type::ARRAY:
-      return "an array";
-    case simdjson::dom::element_type::OBJECT:
-      return "an object";
-    case simdjson::dom::element_type::STRING:
-      return "a text";
-    case simdjson::dom::element_type::BOOL:
-      return "a boolean";
-    case simdjson::dom::element_type::NULL_VALUE:
-      return "null";
-    default:
-      return "a number";
-  }
-}
-
 JsonArray AsArray(JsonValue value, std::string_view key) {
   JsonArray array;
   if (value.get_array().get(array)) FailType(value, key, "an array");
@@ -231,9 +206,7 @@ void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
                double* numbers) {
   size_t found = 0;
   for (const JsonValue element : array) {
-    const double number = element.is_null()
-                              ? std::numeric_limits<double>::quiet_NaN()
-                              : AsNumber(element, key);
+    const double number = element.is_null() ? kNan : AsNumber(element, key);
     if (found < count) numbers[found] = number;
     ++found;
   }
@@ -277,12 +250,11 @@ double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other) {
 
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz) {
   if (frame_rate_hz == 0.0) return 0;
-  constexpr double kMaxFrames = 1e12;  // 30 years at 1000 Hz
-  if (static_cast<double>(frame) >= kMaxFrames) {
+  if (frame >= kMostFrames) {
     throw InputError("frame " + std::to_string(frame) +
                      ": is too large for a frame number and looks like a time "
-                     "since 1970; number the frames of all views by (time - "
-                     "first time) x frame rate, rounded");
+                     "since 1970" +
+                     kNumberByTime);
   }
   return CheckedTime(static_cast<double>(frame) / frame_rate_hz, "time");
 }
@@ -303,13 +275,11 @@ OwnLines::OwnLines(const std::string& path)
     : path_(path), file_(std::fopen(path.c_str(), "rbe")) {
   if (file_ == nullptr) FailToRead(path);
   InputFiles::Note(DescriptorOf(file_.get()), path);
-  buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
 OwnLines::OwnLines(const std::string& name, int pipe, int silence_ms)
     : path_(name), file_(StreamOf(pipe, "rb")), silence_ms_(silence_ms) {
   if (file_ == nullptr) FailToRead(name);
-  buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
 bool OwnLines::Fill() {
@@ -394,37 +364,35 @@ void OwnLines::CheckFrame(int64_t frame) {
 }
 
 int64_t OwnLines::CountFrames() const {
-  const Descriptor file(OpenOrFail(path_));
-  const auto status = StatusOf(file.get());
-  if (!status.has_value() || status->kind != FileType::kRegular) return -1;
-  std::vector<char> text(kPeekBytes);
+  if (IsPipe(path_)) return -1;
   int64_t count = 0;
   char last = '\n';
-  while (const size_t length =
-             ReadFully(path_, file.get(), text.data(), text.size())) {
-    const auto end = text.begin() + static_cast<std::ptrdiff_t>(length);
-    count += std::count(text.begin(), end, '\n');
-    last = *(end - 1);
-  }
+  ForEachBlock(path_, [&](std::string_view bytes) {
+    count += std::count(bytes.begin(), bytes.end(), '\n');
+    last = bytes.back();
+  });
   if (last != '\n') ++count;  // the last may lack its newline
   return count - 1;           // without the header
 }
 
-bool JsonHead::Has(std::string_view key) const {
+bool FileHead::HasKey(std::string_view key) const {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
-JsonHead PeekJson(const std::string& path) {
-  const Descriptor file(OpenOrFail(path));
-  std::string text(kPeekBytes, '\0');
-  text.resize(ReadFully(path, file.get(), text.data(), text.size()));
-  MakePlainText(path, &text);
+std::vector<std::string> FileHead::FirstRow() const {
+  return FirstCsvRow(beginning);
+}
+
+FileHead LookAtFile(const std::string& path) {
+  FileHead head;
+  head.beginning = FirstBytes(path, size_t{64} << 10);
+  MakePlainText(path, &head.beginning);
+  const std::string_view text = head.beginning;
   const size_t first = text.find_first_not_of(" \t\r\n");
-  JsonHead head;
   if (first == std::string::npos) return head;
   head.kind = text[first];
   if (head.kind == '{' || head.kind == '[') {
-    head.keys = ScanKeys(std::string_view(text).substr(first), path);
+    head.keys = ScanKeys(text.substr(first), path);
     if (head.kind == '[') head.keys.clear();
   }
   return head;

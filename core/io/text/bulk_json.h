@@ -16,7 +16,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -34,7 +33,7 @@ using JsonObject = simdjson::dom::object;
 
 // Access functions. Each throws InputError "KEY: found ..., expected ..." or
 // "KEY: is missing", which does not name the file; callers add file and line
-// (see Located).
+// (Located in text_file.h).
 JsonArray AsArray(JsonValue value, std::string_view key);
 JsonObject AsObject(JsonValue value, std::string_view key);
 double AsNumber(JsonValue value, std::string_view key);
@@ -60,8 +59,6 @@ void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
                double* numbers);
 // Replaces the key in messages about the outermost value of a text.
 inline constexpr std::string_view kOutermost = "the outermost value";
-// "an object", "an array", "null", ... for messages.
-const char* TypeName(JsonValue value);
 
 // Frame numbers are bounded so that arithmetic on them cannot overflow.
 // Identities may be any non-negative number: no arithmetic is done with them.
@@ -116,23 +113,6 @@ void ReadKeys(const JsonObject& object,
       FailMissing(keys[k].name);
     }
   }
-}
-
-// Runs `read` and adds file and place to the message of its InputError. `place`
-// is a function, called only on errors.
-template <typename Place, typename Read>
-auto Located(const std::string& file, const Place& place, const Read& read) {
-  try {
-    return read();
-  } catch (const InputError& error) {
-    throw InputError(file, place(), error.what());
-  }
-}
-
-template <typename Read>
-auto Located(const std::string& file, const Read& read) {
-  return Located(
-      file, [] { return ""; }, read);
 }
 
 // Parses whole files.
@@ -201,9 +181,10 @@ class OwnLines {
 
   std::string path_;
   std::unique_ptr<std::FILE, Closer> file_;
-  int silence_ms_ = -1;       // -1: unlimited
-  std::vector<char> buffer_;  // simdjson's padding included
-  size_t begin_ = 0;          // begin of the current line
+  int silence_ms_ = -1;        // -1: unlimited
+  std::vector<char> buffer_ =  // simdjson's padding included
+      std::vector<char>((size_t{1} << 16) + simdjson::SIMDJSON_PADDING);
+  size_t begin_ = 0;  // begin of the current line
   size_t length_ = 0;
   size_t next_ = 0;  // begin and end of the unread text
   size_t end_ = 0;
@@ -211,15 +192,6 @@ class OwnLines {
   int64_t last_frame_ = -1;
   simdjson::dom::parser parser_;
 };
-
-// The beginning of a JSON file, for recognition of its format.
-struct JsonHead {
-  char kind = '\0';  // '{', '[', or the first character of another format
-  std::vector<std::string> keys;  // outermost keys in the first 64 KiB
-
-  bool Has(std::string_view key) const;
-};
-JsonHead PeekJson(const std::string& path);
 
 // The raw text of the value of `key` in a line with a valid object; empty if it
 // is missing or not an object.

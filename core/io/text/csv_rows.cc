@@ -40,13 +40,11 @@ bool NeedsApostrophe(char first) {
 
 }  // namespace
 
-CsvRows::CsvRows(std::string_view text) : rest_(text) {
+CsvRows::CsvRows(std::string_view text)
+    : rest_(text), separator_(SeparatorOf(text)) {
   constexpr std::string_view kNamed = "sep=";
-  if (rest_.substr(0, kNamed.size()) == kNamed) {
-    separator_ = SeparatorOf(rest_);
-    rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size()));
-  } else {
-    separator_ = SeparatorOf(rest_);
+  if (text.substr(0, kNamed.size()) == kNamed) {
+    rest_.remove_prefix(std::min(text.find('\n'), text.size()));
   }
 }
 

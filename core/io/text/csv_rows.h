@@ -34,7 +34,7 @@ class CsvRows {
   std::string Cell();
 
   std::string_view rest_;
-  char separator_ = ',';
+  char separator_;
   int64_t line_ = 0;
   int64_t next_line_ = 1;
 };

@@ -127,6 +127,16 @@ bool Builder::parse_error(size_t position, const std::string&,
       "is not JSON: found " + std::string(name) + ", expected a number");
 }
 
+// "an object", "an array of 8", "the text 'x'", for messages.
+std::string DescribeJson(const Json& value) {
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return "an array of " + std::to_string(value.size());
+  if (value.is_string()) {
+    return "the text '" + Printable(value.get_ref<const std::string&>()) + "'";
+  }
+  return Printable(DumpJson(value));
+}
+
 std::string Counted(int rows, int cols) {
   if (cols == 1) return std::to_string(rows) + " numbers";
   return std::to_string(rows) + " x " + std::to_string(cols) + " numbers";
@@ -154,31 +164,17 @@ std::string DumpJson(const Json& value, int indent) {
   constexpr char kDelete = '\x7f';
   std::string text =
       value.dump(indent, ' ', false, Json::error_handler_t::replace);
-  if (text.find(kDelete) == std::string::npos) return text;
-  std::string escaped;
-  for (const char c : text) {
-    if (c == kDelete) {
-      escaped += "\\u007f";
-    } else {
-      escaped += c;
-    }
+  for (size_t at = text.find(kDelete); at != std::string::npos;
+       at = text.find(kDelete, at)) {
+    text.replace(at, 1, "\\u007f");
   }
-  return escaped;
+  return text;
 }
 
 std::string JsonText(const std::string& text) { return DumpJson(Json(text)); }
 
 void AppendMember(const std::string& key, Json value, Json* object) {
   object->get_ref<Json::object_t&>().emplace_back(key, std::move(value));
-}
-
-std::string DescribeJson(const Json& value) {
-  if (value.is_object()) return "an object";
-  if (value.is_array()) return "an array of " + std::to_string(value.size());
-  if (value.is_string()) {
-    return "the text '" + Printable(value.get_ref<const std::string&>()) + "'";
-  }
-  return Printable(DumpJson(value));
 }
 
 JsonField::JsonField(const Json& value, std::string file, std::string where)

@@ -50,10 +50,6 @@ std::string JsonText(const std::string& text);
 // Adds a member without searching for its key, which the object must not have.
 void AppendMember(const std::string& key, Json value, Json* object);
 
-// Description of a value for messages: "an object", "an array of 8", "the text
-// 'x'".
-std::string DescribeJson(const Json& value);
-
 // A value, with its place for messages. Does not own the value.
 class JsonField {
  public:

@@ -1,22 +1,22 @@
 #include "core/io/text/names.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace kinegraph {
 namespace {
+
+constexpr const char* kDigits = "0123456789";
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
 // Removes a leading run of digits from `text` and returns it without leading
 // zeros.
 std::string_view CutNumber(std::string_view* text) {
-  size_t length = 0;
-  while (length < text->size() && IsDigit((*text)[length])) ++length;
-  std::string_view digits = text->substr(0, length);
-  text->remove_prefix(length);
+  std::string_view digits = text->substr(0, text->find_first_not_of(kDigits));
+  text->remove_prefix(digits.size());
   digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
   return digits;
 }
@@ -32,10 +32,10 @@ std::string_view BeforeEnd(std::string_view file_name) {
 // Whether the name contains the seconds of a long-running clock, such as those
 // since 1970, with decimals: "1305031102.175304.png".
 bool HasSeconds(std::string_view name) {
-  constexpr int kDigits = 9;
+  constexpr int kFewest = 9;
   int digits = 0;  // of the current run, without leading zeros
   for (size_t i = 0; i + 1 < name.size(); ++i) {
-    if (name[i] == '.' && digits >= kDigits && IsDigit(name[i + 1])) {
+    if (name[i] == '.' && digits >= kFewest && IsDigit(name[i + 1])) {
       return true;
     }
     digits = !IsDigit(name[i])              ? 0
@@ -57,17 +57,13 @@ std::string TimeLikeness(std::optional<int64_t> number) {
 }  // namespace
 
 std::optional<int64_t> LastInteger(std::string_view name) {
-  size_t end = name.size();
-  while (end > 0 && !IsDigit(name[end - 1])) --end;
-  if (end == 0) return std::nullopt;
-  size_t begin = end;
-  while (begin > 0 && IsDigit(name[begin - 1])) --begin;
-  std::string_view run = name.substr(begin, end - begin);
+  const size_t last = name.find_last_of(kDigits);
+  if (last == std::string_view::npos) return std::nullopt;
+  std::string_view run = name.substr(0, last + 1);
+  run.remove_prefix(run.find_last_not_of(kDigits) + 1);  // npos + 1 is 0
   const std::string_view digits = CutNumber(&run);
   if (digits.size() > 18) return std::nullopt;
-  int64_t value = 0;
-  std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  return value;
+  return ParseNumber<int64_t>(digits).value_or(0);
 }
 
 std::optional<int64_t> FrameOfFileName(std::string_view file_name) {
@@ -77,19 +73,17 @@ std::optional<int64_t> FrameOfFileName(std::string_view file_name) {
 int64_t FrameOfName(std::string_view file_name) {
   const std::string_view name = BeforeEnd(file_name);
   const std::optional<int64_t> number = LastInteger(name);
-  // 30 years at 1000 Hz. Milliseconds since 1970 exceed this for all dates
-  // after September 2001.
-  constexpr int64_t kMost = 1'000'000'000'000;
   const bool has_seconds = HasSeconds(name);
-  if (number.has_value() && *number < kMost && !has_seconds) return *number;
+  if (number.has_value() && *number < kMostFrames && !has_seconds)
+    return *number;
   const std::string fault =
       "'" + Printable(std::string(file_name)) + "' contains no frame number";
-  if (std::none_of(name.begin(), name.end(), IsDigit)) throw InputError(fault);
-  throw InputError(
-      fault + " but what looks like " +
-      (has_seconds ? "a time in seconds" : TimeLikeness(number)) +
-      "; number the frames of all views by (time - first time) x frame rate, "
-      "rounded");
+  if (name.find_first_of(kDigits) == std::string_view::npos) {
+    throw InputError(fault);
+  }
+  throw InputError(fault + " but what looks like " +
+                   (has_seconds ? "a time in seconds" : TimeLikeness(number)) +
+                   kNumberByTime);
 }
 
 bool NaturalLess(std::string_view a, std::string_view b) {

@@ -21,6 +21,14 @@ std::optional<int64_t> FrameOfFileName(std::string_view file_name);
 // number, or if the number is a time or a date. Also for names of images.
 int64_t FrameOfName(std::string_view file_name);
 
+// Frame numbers are below this, 30 years at 1000 Hz. Milliseconds since 1970
+// exceed it for all dates after September 2001.
+inline constexpr int64_t kMostFrames = 1'000'000'000'000;
+// The remedy, for messages about such numbers.
+inline constexpr const char* kNumberByTime =
+    "; number the frames of all views by (time - first time) x frame rate, "
+    "rounded";
+
 // Natural order, in which "cam2" comes before "cam10".
 bool NaturalLess(std::string_view a, std::string_view b);
 

@@ -68,14 +68,13 @@ Skeleton ReadStatedSkeleton(JsonValue value) {
   const std::vector<std::string> labels = ReadJoints(object);
   std::string_view name;
   Get(object, "name", &name);
-  JsonValue bones;
-  if (object.at_key("bones").get(bones)) {
-    return SkeletonOfLabels(labels, {}, std::string(name));
+  std::vector<Bone> bones;
+  JsonValue pairs;
+  if (Get(object, "bones", &pairs)) {
+    bones = ReadBones(pairs, "skeleton.bones", 0,
+                      static_cast<int>(labels.size()) - 1);
   }
-  return SkeletonOfLabels(labels,
-                          ReadBones(bones, "skeleton.bones", 0,
-                                    static_cast<int>(labels.size()) - 1),
-                          std::string(name));
+  return SkeletonOfLabels(labels, bones, std::string(name));
 }
 
 std::string SkeletonJson(const Skeleton& skeleton) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {
@@ -151,6 +152,10 @@ Json ToJson(const toml::node& node) {
   std::ostringstream other;  // dates and times: as written in the file
   node.visit([&other](const auto& value) { other << value; });
   return Json(other.str());
+}
+
+Json ReadToml(const std::string& path) {
+  return ToJson(ParseToml(ReadTextFile(path, kMaxSmallFileBytes), path));
 }
 
 }  // namespace kinegraph

@@ -19,6 +19,9 @@ toml::table ParseToml(const std::string& text, const std::string& file);
 // name).
 Json ToJson(const toml::node& node);
 
+// The content of a file. Throws InputError naming it.
+Json ReadToml(const std::string& path);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_TEXT_TOML_FILE_H_

@@ -5,7 +5,6 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
 
 namespace kinegraph {
 

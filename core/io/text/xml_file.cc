@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/io/text/words.h"
 
 namespace kinegraph {
 
@@ -81,20 +82,13 @@ double XmlElement::ToNumber(const std::string& attribute,
 
 std::vector<double> XmlElement::Numbers(const std::string& attribute,
                                         size_t count) const {
-  constexpr const char* kSpaces = " \t\r\n";
   const std::string text = Text(attribute);
+  Words words(text);
   std::vector<double> numbers;
-  size_t begin = text.find_first_not_of(kSpaces);
-  bool is_first = true;
-  while (begin != std::string::npos && numbers.size() <= count) {
-    const size_t end =
-        std::min(text.find_first_of(kSpaces, begin), text.size());
-    const std::string word = text.substr(begin, end - begin);
-    const bool is_name = is_first && word.find_first_of("0123456789") != 0 &&
-                         word.find_first_of("+-.") != 0;
-    if (!is_name) numbers.push_back(ToNumber(attribute, word));
-    is_first = false;
-    begin = text.find_first_not_of(kSpaces, end);
+  std::string word(words.Next());
+  if (word.find_first_of("0123456789+-.") != 0) word = words.Next();  // a name
+  for (; !word.empty() && numbers.size() <= count; word = words.Next()) {
+    numbers.push_back(ToNumber(attribute, word));
   }
   if (numbers.size() != count) {
     Fail(attribute + ": found " +

@@ -7,7 +7,6 @@
 #include "core/data/limits.h"
 #include "core/io/adapters/adapter.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/bulk_json.h"
 #include "core/io/text/gone_formats.h"
 #include "core/io/tracks/shared.h"
 
@@ -250,10 +249,6 @@ std::string TrackExtensions() {
   return text + " or " + last;
 }
 
-bool TrackHead::HasKey(const std::string& key) const {
-  return std::find(keys.begin(), keys.end(), key) != keys.end();
-}
-
 bool TrackHead::HasFile(const std::string& extension) const {
   return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
     return EndsInAnyCase(name, extension);
@@ -269,10 +264,7 @@ TrackHead LookAtTracks(const std::string& path) {
     }
     return head;
   }
-  const JsonHead json = PeekJson(path);
-  head.kind = json.kind;
-  head.keys = json.keys;
-  head.beginning = BeginningOf(path, 1 << 16);
+  static_cast<FileHead&>(head) = LookAtFile(path);
   return head;
 }
 

@@ -12,6 +12,7 @@
 
 #include "core/data/identity_edit.h"
 #include "core/data/pose.h"
+#include "core/io/text/file_head.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/tracks/axis_map.h"
 #include "core/io/tracks/tracks.h"
@@ -25,14 +26,10 @@ struct TrackExportOptions {
 };
 
 // The beginning of a path's content, to recognise its format.
-struct TrackHead {
+struct TrackHead : FileHead {
   bool is_folder = false;
   std::vector<std::string> names;  // in the folder, without hidden ones
-  char kind = '\0';                // of a file: its first non-space
-  std::vector<std::string> keys;   // keys of the root of a JSON object
-  std::string beginning;           // of a file: its first 64 KiB
 
-  bool HasKey(const std::string& key) const;
   bool BeginsWith(std::string_view text) const {
     return beginning.compare(0, text.size(), text) == 0;
   }

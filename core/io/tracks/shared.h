@@ -61,16 +61,6 @@ inline Eigen::Vector3d CentimetresOf(const Joint3d& joint) {
   return kCentimetresPerMetre * joint.position_m;
 }
 
-// Parses a file as a Text (CsvRows, Words) by `read(&text)`. Errors name file
-// and line.
-template <typename Text, typename Read>
-auto ReadText(const std::string& path, const Read& read) {
-  const std::string content = ReadTextFile(path);
-  Text text(content);
-  return Located(
-      path, [&] { return text.Place(); }, [&] { return read(&text); });
-}
-
 // Parses "observed", "inferred" or "missing". Its InputError does not name the
 // file.
 JointStatus ParseJointStatus(std::string_view text);

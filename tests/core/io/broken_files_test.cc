@@ -463,9 +463,7 @@ TEST(NotANumber, IsAMissingJoint) {
       for (const ViewDetections& view : read.frames.at(0).views) {
         if (!view.detections.empty()) person = &view.detections[0];
       }
-      counts.push_back(static_cast<int>(
-          std::count_if(person->joints.begin(), person->joints.end(),
-                        [](const Keypoint& joint) { return joint.found; })));
+      counts.push_back(CountFound(*person));
     }
     return counts;
   };

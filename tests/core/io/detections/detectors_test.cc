@@ -11,7 +11,6 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/writer.h"
-#include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
 #include "tests/core/io/detections/detection_files.h"
 
