@@ -177,7 +177,7 @@ RunningProgram::RunningProgram(std::vector<std::string> words, int input,
   if (end_.not_started != 0) return;
   process_ = process;
   const std::lock_guard<std::mutex> lock(programs_mutex);
-  Programs().push_back(process);
+  Programs().push_back(static_cast<pid_t>(process_));
 }
 
 RunningProgram::~RunningProgram() { Wait(0); }
