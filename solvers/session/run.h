@@ -16,7 +16,7 @@
 
 namespace kinegraph {
 
-// Detections held in memory, as a source that can be read repeatedly.
+// Detections held in memory as a source; another MemorySource reads them again.
 class MemorySource final : public DetectionSource {
  public:
   // `sequence` must outlive the source.

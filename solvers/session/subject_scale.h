@@ -2,7 +2,7 @@
 // (gates, speeds, noise) hold for people. A mouse or a fly moves similarly
 // relative to its size, so these remain unchanged; instead the run divides the
 // world by this scale and multiplies its results by it. Options that describe
-// the room (gates.working_distance_m, identity.entries) and a given bias of the
+// the room (gates.working_distance, identity.entries) and a given bias of the
 // detector are in metres of the world and are divided as well.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
