@@ -70,8 +70,8 @@ Step StepAt(const LevelBins& bins, size_t at, double least_scatter) {
   step.before = -before.gradient / before.information;
   step.after = -after.gradient / after.information;
   // Ratio of the scatter of the bins about the two levels to the scatter
-  // expected from their information; above 1 because a detector's errors are
-  // correlated in time.
+  // expected from their information; often above 1, because a detector's errors
+  // are correlated in time.
   double squares = 0.0;
   double count = 0.0;
   for (size_t b = 0; b < bins.size(); ++b) {
@@ -318,7 +318,8 @@ LevelBins BinsOf(const std::vector<Sides>& frames, size_t count) {
   return bins;
 }
 
-// The frame near a step of the bins at which the two sides differ most.
+// Index in `frames` of the first frame after a step of the bins: near that
+// step, where the sides before and after differ most.
 size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
                const Step& step) {
   const size_t begin = static_cast<size_t>(bins[step.bin - 1].time_s);
@@ -499,9 +500,9 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
   return answer;
 }
 
-// The two sides of a break are diagnosed separately: a finding about the view
-// that appears on the worse side but not on the other is the break. The rest of
-// the diagnosis uses the better side.
+// The two sides of a break are diagnosed separately: the break is reported if
+// there are findings about its view on the worse side and none on the other.
+// The rest of the diagnosis uses the better side.
 std::optional<Answer> AskForBreak(const SetUp& set_up) {
   if (!set_up.input.match || !set_up.options.looks_for_break) {
     return std::nullopt;

@@ -14,8 +14,8 @@ namespace {
 // at almost any lag.
 constexpr double kMinClockGain = 0.04;
 constexpr int kFramesToCompare = 30;
-// Standard deviation of one pair's gain. The best of many lags appears better
-// than it is by about three standard errors of the mean.
+// Standard deviation of the gain of one pair of people. The best of many lags
+// appears better than it is by about three standard errors of the mean.
 constexpr double kGainSpread = 0.3;
 constexpr double kBestOfMany = 3.0;
 // Maximum ratio of the distances from epipolar lines after and before. The
@@ -26,8 +26,8 @@ constexpr double kBestOfMany = 3.0;
 constexpr double kCloser = 0.85;
 // The same for single views, over the pairs with this view: for one of five
 // views with a lag of three frames at 25 Hz, the reduction is 10 to 28 % if
-// some people stand still and errors are 8 px; with misoriented cameras no lag
-// exceeds 8 %. Verified on more frames than the search uses.
+// some people stand still and errors are 8 px; with misoriented cameras it is
+// at most 8 % at any lag. Verified on more frames than the search uses.
 constexpr double kOneCloser = 0.91;
 constexpr int kFramesToJudge = 120;
 // Maximum number of comparisons of two people, about two seconds. If even two
@@ -64,14 +64,16 @@ class LagSearch {
   // With each of up to eight views as the reference: chooses the best lag of
   // each other view relative to the next view on its path to the reference,
   // then improves each view's lag relative to all others until nothing changes.
+  // Returns the lags with the greatest sum of scores, relative to the first
+  // view.
   std::vector<int> BestLags() const {
-    constexpr size_t kMostMiddles = 8;
-    const size_t middles = std::min(views_, kMostMiddles);
+    constexpr size_t kMostReferences = 8;
+    const size_t references = std::min(views_, kMostReferences);
     std::vector<int> best(views_, 0);
-    for (size_t i = 0; i < middles; ++i) {
-      const size_t middle = i * views_ / middles;
+    for (size_t i = 0; i < references; ++i) {
+      const size_t reference = i * views_ / references;
       std::vector<int> lags(views_, 0);
-      for (const auto& way : WaysFrom(middle)) {
+      for (const auto& way : WaysFrom(reference)) {
         const size_t from = way.second;
         lags[way.first] = BestLag(lags[from], [&](int lag) {
           return Of(from, way.first, lag - lags[from]);
@@ -80,7 +82,7 @@ class LagSearch {
       for (bool changed = true; changed;) {
         changed = false;
         for (size_t v = 0; v < views_; ++v) {
-          if (v == middle) continue;
+          if (v == reference) continue;
           const int lag = BestLagOf(v, lags);
           changed = changed || lag != lags[v];
           lags[v] = lag;
@@ -184,13 +186,13 @@ class LagSearch {
     return total;
   }
 
-  // The views other than `middle`, each with the next view on the path to it:
-  // `middle` itself if all pairs are compared.
-  std::vector<std::pair<size_t, size_t>> WaysFrom(size_t middle) const {
+  // The views other than `reference`, each with the next view on the path to
+  // it: `reference` itself if all pairs are compared.
+  std::vector<std::pair<size_t, size_t>> WaysFrom(size_t reference) const {
     std::vector<std::pair<size_t, size_t>> ways;
     std::vector<char> reached(views_, 0);
-    std::vector<size_t> order = {middle};
-    reached[middle] = 1;
+    std::vector<size_t> order = {reference};
+    reached[reference] = 1;
     for (size_t i = 0; i < order.size(); ++i) {
       for (size_t v = 0; v < views_; ++v) {
         if (reached[v] || !Compares(order[i], v)) continue;

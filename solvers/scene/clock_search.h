@@ -32,9 +32,9 @@ int64_t UsualStep(const std::vector<DetectionFrame>& frames);
 DetectionSequence OnGrid(const DetectionSequence& detections, int64_t step,
                          int64_t longest);
 
-// Searches lags of up to `max_lag` frames and a third of the recording, whose
-// frames must be evenly spaced (OnGrid). `ideal` holds ideal pixels of the
-// cameras.
+// Searches lags of up to `max_lag` frames, but at most a third of the
+// recording, whose frames must be evenly spaced (OnGrid). `ideal` holds ideal
+// pixels of the cameras (IdealPeople).
 ClockSearch SearchClocks(const CameraRig& cameras,
                          const std::vector<ViewPeople>& ideal, int max_lag);
 

@@ -201,8 +201,8 @@ class Doctor {
     return true;
   }
 
-  // Applies exactly the changes of the answer and recomputes the observations
-  // that depend on them.
+  // Applies exactly the changes of the answer and recomputes what depends on
+  // them.
   void Take(Answer answer, Stage stage) {
     std::move(answer.findings.begin(), answer.findings.end(),
               std::back_inserter(diagnosis_.findings));

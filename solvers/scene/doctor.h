@@ -1,9 +1,10 @@
 // Finds what is wrong with a calibration and the clocks of a recording, from
 // calibration and 2D detections alone, and with what confidence.
 //
-// First, without tracking, searches the reading of the files and the lags under
-// which the views agree; then, with the tracker's matches under that reading,
-// examines individual cameras, lenses, and clocks to a fraction of a frame.
+// First, without tracking, searches the reading (interpretation) of the files
+// and the lags under which the views agree; then, with the tracker's matches
+// under that reading, examines individual cameras, lenses, and clocks to a
+// fraction of a frame.
 #ifndef KINEGRAPH_SOLVERS_SCENE_DOCTOR_H_
 #define KINEGRAPH_SOLVERS_SCENE_DOCTOR_H_
 
@@ -25,10 +26,10 @@ struct DoctorInput {
   DetectionSequence detections;  // with a known frame rate
   // Standard deviations of the cameras and their clocks, if the calibration
   // reports them; else empty. Changes within three standard deviations are
-  // mentioned but not applied.
+  // mentioned but not applied. Zero: unknown.
   std::vector<CameraChange> stated_sigma;
-  // How the file's lengths were read: units per metre (1, 100, 1000), and
-  // whether cameras.unit may change that.
+  // How the calibration file's lengths were read: units per metre (1, 100,
+  // 1000), and whether cameras.unit may change that.
   double units_per_metre = 1.0;
   bool unit_can_be_set = true;
   bool independent_frames = false;  // frames are unrelated in time
@@ -56,7 +57,7 @@ struct Finding {
   double confidence = 0.0;  // 0 .. 1; divided among findings that fit equally
   double before_px = 0.0;   // residual with the calibration as read
   double after_px = 0.0;    // with the fix
-  std::string fix;          // a command, or what to do
+  std::string fix;          // a command, a flag, or what to do
   std::string evidence;     // a sentence, with figures
   // False if the detector's bias or the stated uncertainty of the calibration
   // could be as large: then the finding is only mentioned, not applied.
@@ -78,8 +79,8 @@ const char* ToString(DoctorVerdict verdict);
 struct Diagnosis {
   DoctorVerdict verdict = DoctorVerdict::kSound;
   std::vector<Finding> findings;  // in the order in which they were found
-  CameraRig cameras;       // corrected, in the order of DoctorInput::cameras
-  double stature_m = 0.0;  // of the people, as read; 0: unknown
+  CameraRig cameras;              // corrected, one per view of DoctorInput
+  double stature_m = 0.0;         // of the people, as read; 0: unknown
   // Further observations: statures, matches, residuals. One sentence each.
   std::vector<std::string> notes;
 };

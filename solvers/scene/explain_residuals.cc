@@ -274,9 +274,10 @@ class Explainer {
     return BeatsBias(std::move(one), tried, joints);
   }
 
-  // Whether lens terms were omitted in all cameras: these terms, unlike
-  // detector biases, are similar in all cameras of one model, with a standard
-  // deviation below a quarter of the mean.
+  // Whether the changes of k1 look like a distortion that the calibration omits
+  // in all cameras. Cameras of one model have similar distortion, unlike biases
+  // of a detector: the standard deviation is below a quarter of the mean. False
+  // for fewer than three views.
   bool BendAlike(const BundleResult& fit) const {
     constexpr double kAlike = 0.25;
     const auto count = static_cast<Eigen::Index>(changes_.size());
@@ -514,9 +515,9 @@ class Explainer {
 
 }  // namespace
 
-// Fits one kind of fault after another (a clock, a shifted image, a rotated
-// camera, another focal length or lens) to one half of the recording, evaluates
-// it on the other, and applies the one that explains most.
+// Fits each kind of fault (a clock, a shifted image, a rotated camera, another
+// focal length or lens) to each half of the recording, evaluates it on the
+// other half, and applies the kind that explains most.
 //
 // With a single walking person, a clock offset is indistinguishable from a
 // shifted image, so clocks and cameras compete: the fault that explains most is

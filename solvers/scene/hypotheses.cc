@@ -41,7 +41,7 @@ std::optional<Answer> AskForGaps(const SetUp& set_up) {
 }
 
 // Fraction of the joints that differ between the two images; nullopt if these
-// show different numbers of people.
+// show nobody or different numbers of people.
 std::optional<double> ChangedShare(const ViewDetections& a,
                                    const ViewDetections& b) {
   if (a.detections.empty() || a.detections.size() != b.detections.size()) {
@@ -325,8 +325,9 @@ PairAgreement AgreementByChance(const SetUp& set_up) {
 
 // Whether people agree at the same time by more than chance explains. With
 // calibrations of other recordings, agreement at the same time is at most 1.5
-// times that at other times, and 0.04 more; with the right calibration it is at
-// least 1.7 times that, unless people stand still or hardly anybody is matched.
+// times that at other times and exceeds it by at most 0.04; with the right
+// calibration it is at least 1.7 times that at other times, unless people stand
+// still or hardly anybody is matched.
 bool AgreesByMoreThanChance(const SetUp& set_up) {
   constexpr double kTimes = 1.7;
   constexpr double kMore = 0.04;
@@ -337,7 +338,7 @@ bool AgreesByMoreThanChance(const SetUp& set_up) {
          std::max(kTimes * chance.score(), chance.score() + kMore);
 }
 
-// No reading and no clock makes the views agree.
+// No reading and no lag of the clocks makes the views agree.
 std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
   // Views of recordings without faults agree to 0.5 or more; unrelated people
   // of two views to about 0.1 (docs/doctor.md).

@@ -72,8 +72,8 @@ class SetUp {
   // Agreement of all pairs of views, with other cameras or detections.
   double ScoreOf(const CameraRig& other_cameras,
                  const DetectionSequence& other_detections) const;
-  // Agreement of a view with all others; optionally with another camera and
-  // other people in this view.
+  // Agreement of a view with the others (ComparedPairs); optionally with
+  // another camera and other people in this view.
   PairAgreement WithOthers(size_t view) const;
   PairAgreement WithOthers(size_t view, const Camera& camera,
                            const ViewPeople& own,
@@ -89,7 +89,7 @@ struct Answer {
   double stature_m = 0.0;  // of the people, if determined
   std::optional<CameraRig> cameras;
   std::optional<DetectionSequence> detections;
-  // Set if they were computed with these changes.
+  // The matches with these changes, if known; otherwise Match() is called.
   std::optional<SceneSegments> segments;
   std::vector<size_t> strangers;
 };
@@ -164,7 +164,7 @@ struct ExchangedSides {
 ExchangedSides FindExchangedSides(const CameraRig& cameras,
                                   DetectionSequence seen);
 
-// The flag that exchanges left and right of these views.
+// The flag that exchanges left and right in the views with a nonzero entry.
 std::string ExchangeSidesFlag(const std::vector<char>& views,
                               const std::vector<std::string>& names);
 
@@ -197,7 +197,7 @@ Noses NosesOf(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
 // remain in front.
 bool StandOnHeads(const DetectionSequence& seen);
 
-// Exchanges left and right of these views.
+// Exchanges left and right in the views with a nonzero flag.
 void ExchangeSides(const std::vector<char>& views,
                    DetectionSequence* detections);
 

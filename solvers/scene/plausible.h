@@ -18,9 +18,9 @@ inline constexpr double kMaxHeight = 2.3;
 inline bool IsStature(double height_m) {
   return height_m >= kMinHeight && height_m <= kMaxHeight;
 }
-// Number of statures required for a median, and number of frames examined for
-// them.
-inline constexpr int kEnoughStatures = 20;
+inline constexpr int kEnoughStatures = 20;  // required for a median
+
+// Number of frames in which statures and the agreement of views are examined.
 inline constexpr int kFramesToLookAt = 40;
 
 // Distance from cameras to people [m]: from a desk to a stadium. kNearest is

@@ -59,10 +59,11 @@ const std::vector<PoseReading>& PoseReadings() {
 // pixel.
 struct ImageReading {
   const char* words;
-  std::array<double, 4> turn;     // by rows
-  std::array<bool, 2> from_ends;  // the offset: index of the last column, row
-  ImageTurn lens;                 // for a camera that captures rotated images
-  char mirrored = '\0';           // the axis whose pixels count from the end
+  std::array<double, 4> turn;  // by rows
+  // Whether the offset is the index of the last column (x) or row (y), or 0.
+  std::array<bool, 2> from_ends;
+  ImageTurn lens;        // rotates the lens; unused if `turn` is the identity
+  char mirrored = '\0';  // the axis whose pixels count from the end
 };
 // All eight orientations of an image.
 constexpr std::array<ImageReading, 8> kImages = {
@@ -126,11 +127,11 @@ struct ImageMap {
   Eigen::Matrix2d turn;
   Eigen::Vector2d offset;
   char mirrored;
-  double sum_px = 0.0;  // of a coordinate and its mirror image
+  double sum_px = 0.0;  // of a coordinate and its mirror image; 0: not mirrored
 };
 
-// The camera that captures the rotated images. No camera captures mirrored
-// images.
+// The camera that captures the rotated images; mirroring is ignored, because no
+// camera captures mirrored images.
 Camera Seeing(const Camera& camera, int image) {
   const ImageMap map(camera, image);
   if (map.turn.isIdentity()) return camera;
@@ -391,7 +392,7 @@ std::vector<Reading> BetterReadings(const SetUp& set_up, Reading* as_read) {
   return better;
 }
 
-// The changes of a reading, each with its description.
+// Adds a finding for each change of a reading; `alike` readings fit equally.
 void AddWords(const SetUp& set_up, const Reading& as_read,
               const Reading& reading, size_t alike,
               std::vector<Finding>* findings) {

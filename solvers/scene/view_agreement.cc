@@ -19,8 +19,9 @@ namespace kinegraph {
 namespace {
 
 constexpr int kMinJoints = 6;  // or all joints of smaller skeletons
-// As a fraction of a person's size. A detector's joints have errors of two or
-// three per cent; another person is much farther away.
+// Epipolar distance at which a joint gains nothing, as a fraction of the
+// person's size. A detector's joints have errors of two or three per cent;
+// another person is much farther away.
 constexpr double kTolerance = 0.1;
 
 double SizeOf(const ViewPeople::Person& person) {
@@ -58,9 +59,9 @@ class ComparedPeople {
     }
   }
 
-  // Columns: x, y and 1 if the joint was found, else 0; its epipolar line a, b,
-  // c in the other view; and the factor that converts a residual x_b' F x_a to
-  // the distance from that line, 0 if there is no line.
+  // Columns: x, y, 1; the joint's epipolar line a, b, c in the other view; and
+  // the factor that converts a residual x_b' F x_a to the distance from that
+  // line, 0 if there is no line. All are 0 if the joint was not found.
   auto Of(size_t person) const {
     return columns_.middleCols<kColumns>(At(person));
   }

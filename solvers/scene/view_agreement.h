@@ -45,10 +45,10 @@ std::vector<ViewPeople> IdealPeople(const DetectionSequence& detections,
 // 0 .. count - 1.
 std::vector<int> IndicesUpTo(size_t count);
 
-// Up to `count` of the frames, evenly spaced.
+// Up to `count` of the frames, evenly spaced, beginning with the first.
 std::vector<int> Evenly(const std::vector<int>& frames, size_t count);
 
-// A selection of the frames.
+// The frames with these indices.
 DetectionSequence FramesOf(const DetectionSequence& detections,
                            const std::vector<int>& frames);
 
@@ -80,8 +80,8 @@ struct PairAgreement {
   double gain = 0.0;      // summed over matched people, each 0 .. 1
   double possible = 0.0;  // people that could have been matched
   // Distances from the epipolar lines [px], summed over `possible`; an
-  // unmatched person contributes a tenth of the mean size of the frame's
-  // people.
+  // unmatched person contributes a tenth of the mean size of the people in the
+  // first view.
   double distance_px = 0.0;
 
   double score() const { return possible > 0.0 ? gain / possible : 0.0; }

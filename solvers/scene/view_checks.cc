@@ -46,7 +46,7 @@ struct OtherRate {
     return shown;
   }
 
-  // Index of frame k's image in the files, or -1.
+  // Index in the files of the view's frame that belongs to frame k, or -1.
   int64_t From(const DetectionSequence& files, size_t k) const {
     const auto shown = At(files.frames[k].frame);
     return shown ? IndexOfFrame(files, shown->number) : -1;
@@ -201,6 +201,7 @@ struct OtherImage {
   bool scaled() const { return scale != 1.0; }
   bool cropped() const { return !offset_px.isZero(); }
 
+  // The camera with the intrinsics of this image.
   Camera Seen(const Camera& camera) const {
     return Edited(camera, [&](CameraParameters* seen) {
       seen->K.topRows<2>() *= scale;
@@ -228,8 +229,8 @@ struct ImageFit {
     return to - other_scale * from;
   }
   bool AgreesWith(const ImageFit& other) const {
-    constexpr double kScales = 0.06;
-    constexpr double kPlaces = 0.1;  // of the size
+    constexpr double kScales = 0.06;  // relative
+    constexpr double kPlaces = 0.1;   // of the size
     return std::abs(std::log(scale / other.scale)) < kScales &&
            (OffsetWith(scale) - other.OffsetWith(scale)).norm() <
                kPlaces * other.size_px;
@@ -275,9 +276,10 @@ std::optional<ImageFit> FitImage(const Camera& camera,
 constexpr std::array kRatios = {1.0,       0.5,  2.0, 2.0 / 3.0, 1.5, 0.75,
                                 4.0 / 3.0, 0.25, 4.0, 1.0 / 3.0, 3.0};
 
+// The scale or, if it is close to one of kRatios, that ratio.
 double SimpleRatio(double scale) {
-  // A smaller relative deviation from 1 is an error of the focal length or of
-  // the camera's distance rather than a scaled video.
+  // A smaller deviation of log(scale) from 0 is an error of the focal length or
+  // of the camera's distance rather than a scaled video.
   constexpr double kFocal = 0.08;
   if (std::abs(std::log(scale)) < kFocal) return 1.0;
   constexpr double kNear = 0.03;
@@ -288,7 +290,7 @@ double SimpleRatio(double scale) {
 }
 
 // The consensus of the largest set of agreeing fits; nullopt if it is too
-// small.
+// small. Shifts of less than `least_shift` of the people's size count as zero.
 std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits,
                                       double least_shift) {
   constexpr size_t kMost = 300;
@@ -357,7 +359,7 @@ std::optional<OtherImage> OtherSizeOfTwo(const SetUp& set_up) {
   return best;
 }
 
-// Shifts of less than `least_shift` of people's size are ignored.
+// `least_shift`: see CommonImage.
 std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
                                          double least_shift) {
   const CameraRig& cameras = set_up.cameras;
@@ -594,7 +596,8 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
 // A video scaled or cropped before detection.
 std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   if (set_up.AgreeAlready()) return std::nullopt;
-  constexpr double kLeastShift = 0.15;  // detectors' errors are smaller
+  // Of the people's size; detectors' errors are smaller.
+  constexpr double kLeastShift = 0.15;
   const auto image = FindOtherImage(set_up, kLeastShift);
   if (!image.has_value()) return std::nullopt;
   const Camera& camera = set_up.cameras[image->view];

@@ -24,7 +24,7 @@ namespace {
 
 // Adults have a stature of 1.70 m with a standard deviation of 0.09 m; statures
 // derived from a detector's joints deviate by up to 3 % from the anatomical
-// ones.
+// ones. Both spreads are relative to the stature.
 constexpr double kStatureM = 1.70;
 constexpr double kStatureSpread = 0.053;
 constexpr double kChainSpread = 0.03;
@@ -83,6 +83,7 @@ Ground Turning(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   return turn;
 }
 
+// Gives a calibrated rig its scale, its vertical, its floor and its record.
 class Finisher {
  public:
   Finisher(const RunOptions& options, const CalibrationInput& input,
@@ -113,6 +114,7 @@ class Finisher {
                      "' is a view that could not be calibrated");
   }
 
+  // Scales all results by the known length.
   void Metre() {
     const KnownLength& length = input_.length;
     double measured = 0.0;
@@ -135,7 +137,7 @@ class Finisher {
             DistanceIn(QuickTracks(options_, result_->cameras, recording()),
                        JointOf(recording().header.skeleton, length.a),
                        JointOf(recording().header.skeleton, length.b));
-        result_->scale_sigma = 0.01;
+        result_->scale_sigma = 0.01;  // assumed
         break;
       case KnownLength::Kind::kCameras:
         measured =
@@ -158,6 +160,7 @@ class Finisher {
     rig.size_m *= factor;
   }
 
+  // Rotates z upwards and, if the feet show the floor, moves it to z = 0.
   void StandUp() {
     if (!IsHuman(recording().header.skeleton)) return;
     const TrackSequence first =
@@ -179,8 +182,8 @@ class Finisher {
         result_->ground.value_or(Turning(diagonal, Eigen::Vector3d::UnitZ())));
   }
 
-  // Derivative of the logarithm of the two cameras' distance with respect to
-  // each parameter.
+  // Derivative of the logarithm of the distance of the two cameras of the known
+  // length with respect to each parameter.
   Eigen::VectorXd LogDistance(Eigen::Index size) const {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
     const Eigen::Vector3d apart =
@@ -205,7 +208,7 @@ class Finisher {
     record.clock_zero_s = clock_zero_s_;
     const Eigen::Index size = rig.covariance.rows();
     Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(size, size);
-    Eigen::VectorXd segment = Eigen::VectorXd::Zero(size);
+    Eigen::VectorXd centres = Eigen::VectorXd::Zero(size);
     Eigen::Index at = 0;
     for (size_t v = 0; v < rig.used.size(); ++v) {
       const RigView& view = rig.views[rig.used[v]];
@@ -216,7 +219,7 @@ class Finisher {
       for (const int place : rig.places[v]) {
         if (place == kCentreAt) {
           turn.block<3, 3>(at, at) = R;
-          segment.segment<3>(at) = result_->cameras[v].centre();
+          centres.segment<3>(at) = result_->cameras[v].centre();
         }
         ++at;
       }
@@ -226,13 +229,14 @@ class Finisher {
       const Eigen::VectorXd by_distance = LogDistance(size);
       result_->scale_sigma =
           std::sqrt(by_distance.dot(record.covariance * by_distance));
+      // The distance is exact: rescaling all centres undoes every change of it.
       const Eigen::MatrixXd held = Eigen::MatrixXd::Identity(size, size) -
-                                   segment * by_distance.transpose();
+                                   centres * by_distance.transpose();
       record.covariance = held * record.covariance * held.transpose();
       return;
     }
     record.covariance +=
-        std::pow(result_->scale_sigma, 2) * segment * segment.transpose();
+        std::pow(result_->scale_sigma, 2) * centres * centres.transpose();
   }
 
   const RunOptions& options_;

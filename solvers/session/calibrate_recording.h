@@ -17,18 +17,23 @@
 
 namespace kinegraph {
 
-// The known length that determines the scale; by default people's mean stature.
+// The known length that determines the scale: the mean stature of adults (the
+// default, which ignores `metres`), the people's median stature, or the
+// distance of two joints or of two cameras.
 struct KnownLength {
   enum class Kind { kPopulation, kStature, kDistance, kCameras };
   Kind kind = Kind::kPopulation;
   double metres = 0.0;
-  std::string a;  // joints or views
+  // Names of the two joints (kDistance) or views (kCameras).
+  std::string a;
   std::string b;
 };
 
 struct CalibrationInput {
-  CameraRig cameras;  // intrinsics, with the names of the views
-  // See RigInput for these.
+  // Intrinsics, paired with the views as in a run (PrepareScene); extrinsics
+  // are ignored.
+  CameraRig cameras;
+  // The members of RigInput with these names.
   double focal_sigma = 0.0;
   bool focal_stated = false;
   bool lenses_known = true;
@@ -41,11 +46,11 @@ struct RecordingCalibration {
   std::vector<std::string> view_names;  // one per view of the rig
   RigResult rig;
   // Cameras of the calibrated views (rig.used), in metres or, if the scale is
-  // unknown, in the unit of the rig; with z up from the floor if `ground` is
-  // set.
+  // unknown, in the unit of the rig; empty if the rig was refused. With a human
+  // skeleton z points up, and with `ground` the floor is at z = 0.
   CameraRig cameras;
   std::optional<Ground> ground;
-  double metres_per_unit = 1.0;  // factor of the rig's lengths
+  double metres_per_unit = 1.0;  // the unit is that of rig.cameras
   // Standard deviation of the logarithm of all lengths; 1 if the scale is
   // unknown.
   double scale_sigma = 0.0;
@@ -53,8 +58,8 @@ struct RecordingCalibration {
   RefinementRecord record;  // clocks and covariance, for cameras.json
 };
 
-// Throws InputError or OptionError if a joint, a view or the frame rate is
-// missing.
+// Throws InputError if a joint or view of the known length does not exist or a
+// view of it could not be calibrated, and what PrepareScene throws.
 RecordingCalibration CalibrateRecording(const RunOptions& options,
                                         const CalibrationInput& input,
                                         const DetectionSequence& detections);

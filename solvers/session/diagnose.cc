@@ -86,7 +86,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                             const DetectionSequence& detections,
                             const CalibrationUnit& unit,
                             const std::optional<RefinementRecord>& recorded) {
-  // Joint names are examined first: if they are wrong, nothing else can be.
+  // Joint names are examined first: with wrong ones nothing else can be.
   DetectionHeader header = detections.header;
   const auto skeletons = SkeletonsLike(detections.header.skeleton);
   SkeletonFit fit(skeletons);

@@ -17,9 +17,9 @@ namespace kinegraph {
 class SkeletonFit;
 
 // Examines the requested frames. The tracker runs with the options' association
-// and the estimator that serves it (FeedbackOf). `recorded`: the clocks and
-// covariance recorded with the request's cameras, applied as in a run. Throws
-// what PrepareScene throws.
+// and the estimator of FeedbackOf. `unit`: how the lengths of the request's
+// cameras were read. `recorded`: the clocks and covariance recorded with these
+// cameras, applied as in a run. Throws what PrepareScene throws.
 Diagnosis DiagnoseRecording(
     const RunOptions& options, const RunRequest& request,
     const DetectionSequence& detections, const CalibrationUnit& unit,
@@ -29,14 +29,14 @@ Diagnosis DiagnoseRecording(
 // another order.
 std::vector<const Skeleton*> SkeletonsLike(const Skeleton& own);
 
-// A finding if another of these skeletons fits the bone lengths clearly better
-// than the first, or, with confidence 0, if these are implausible with the
-// first.
+// `skeletons`: the candidates of `fit`, in their order. A finding if another
+// skeleton fits the bone lengths clearly better than the first, or, with
+// confidence 0, if none does and the lengths are implausible with the first.
 std::optional<Finding> FindingOfSkeleton(
     const SkeletonFit& fit, const std::vector<const Skeleton*>& skeletons);
 
 // Tracks detections of the scene's views with its cameras, in one pass with the
-// estimator that serves association (FeedbackOf), and freezes the matches.
+// estimator of FeedbackOf, and freezes the matches (core/tracking/replay.h).
 FrozenMatches MatchRecording(const RunOptions& options, const SceneModel& scene,
                              const DetectionSequence& detections);
 

@@ -29,7 +29,7 @@ constexpr double kRestS = 0.1;  // shortest interval of a measured speed
 // Contini, 1966); toes and heels are above it by the thickness of the shoe.
 constexpr double kAnkleHeightM = 0.067;
 constexpr double kToeHeightM = 0.02;
-constexpr int64_t kFewestFeet = 50;
+constexpr int64_t kFewestFeet = 50;  // positions of resting foot joints
 
 struct FootJoint {
   int joint = -1;
@@ -71,7 +71,7 @@ Eigen::Vector3d MeanBodyAxis(const Skeleton& skeleton,
   return sum;
 }
 
-// An interval during which a joint of a foot rests in one place.
+// A position in which a joint of a foot rests for a while.
 struct Stand {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  // mean position
   double height_m = 0.0;                            // above the floor
@@ -280,9 +280,10 @@ Floor FitFloor(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
   return floor;
 }
 
+// A rotation of the world that makes z point up.
 struct Upturn {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  double cost = std::numeric_limits<double>::infinity();
+  double cost = std::numeric_limits<double>::infinity();  // Floor::cost
 };
 
 // The most likely up near a candidate. The fit is linear in the slope, so a few

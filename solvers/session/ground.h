@@ -25,22 +25,22 @@ struct Ground {
   double tilt_deg = 0.0;  // between the old z axis and up
   // RMS distance of resting feet from the floor; each counts at most 0.1 m.
   double spread_m = 0.0;
-  int64_t foot_count = 0;  // number of positions of resting feet
+  int64_t foot_count = 0;  // number of positions of resting foot joints
 };
 
-// nullopt if too few people stand or walk. Assumes that shoulders are on
-// average above ankles.
+// `frames`: tracks in metres, ascending. nullopt if there are too few positions
+// of resting feet. Assumes that shoulders are on average above ankles.
 std::optional<Ground> GroundOf(const TrackHeader& header,
                                const std::vector<TrackFrame>& frames);
 
 // The cameras in the new world.
 CameraRig OnGround(const CameraRig& cameras, const Ground& ground);
 
-// Transforms the covariance of a record's camera centres to the new world.
+// Rotates the covariance of a record's camera centres into the new world.
 void TurnRecord(const Ground& ground, RefinementRecord* record);
 
-// Options for tracking once with the cameras as they are: the paper's estimator
-// and one pass.
+// Options for a quick run with the cameras as they are: the paper's estimator,
+// one pass, no linking of identities.
 RunOptions QuickOptions(RunOptions options);
 
 // GroundOf of the recording, tracked once with QuickOptions. Throws what

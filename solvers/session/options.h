@@ -24,7 +24,8 @@ struct InputOptions {
   // warm-up of the paper's authors; repetitions are not written.
   int64_t repeat_first_frame = 0;
   bool independent_frames = false;  // frames are unrelated in time
-  bool skip_bad_frames = false;     // in kinegraph's JSON Lines
+  // Skip frames of kinegraph's JSON Lines that cannot be read.
+  bool skip_bad_frames = false;
   // View -> rate [Hz] at which its files count frames, if different.
   std::map<std::string, std::string> view_frame_rate;
   // View -> offset subtracted from the frame numbers of its files.
@@ -63,8 +64,8 @@ struct RunOptions {
 // Every run applies this; it is idempotent.
 RunOptions WithRulesOfMode(RunOptions options);
 
-// Reads a configuration with the command line's changes: `set` as in --set,
-// `mode` empty or as in --mode.
+// Reads a configuration with the command line's changes: `set` and `mode` as in
+// --set and --mode, or empty.
 RunOptions ReadRunOptions(const std::string& config_path,
                           const std::string& set, const std::string& mode);
 
@@ -78,8 +79,8 @@ RunOptions ParseRunOptions(const std::string& toml, const std::string& set,
 // offset of a view that is not a valid number.
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options);
 
-// The estimator whose prediction the joints filter uses, without the bias of
-// the detector (graph.view_bias).
+// The causal estimator whose predictions the tracker uses in association and in
+// the joints filter, without the bias of the detector (graph.view_bias).
 EstimatorFactory FeedbackOf(const RunOptions& options);
 
 }  // namespace kinegraph

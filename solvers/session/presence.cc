@@ -15,7 +15,7 @@ namespace {
 // Upper ends of all confidence bins except the last.
 constexpr std::array<double, 8> kEnds = {0.01, 0.03, 0.1, 0.2,
                                          0.3,  0.4,  0.5, 0.6};
-constexpr double kSure = 0.6;
+constexpr double kSure = 0.6;  // a high confidence
 // Distance, as a fraction of a person's size in the image, beyond which a joint
 // counts as astray: about a limb's length, as when a detector confuses two
 // joints.
@@ -60,8 +60,8 @@ double PresenceLearner::SureDistance(int view_a, const Ideal& a, int view_b,
 }
 
 void PresenceLearner::See(const DetectionFrame& frame) {
-  // Maximum distance of one person's detections, as a fraction of the size;
-  // different people are farther apart.
+  // Maximum epipolar distance between two detections of one person, as a
+  // fraction of the size; different people are farther apart.
   constexpr double kOnePerson = 0.1;
   std::vector<std::vector<Ideal>> ideal;
   for (size_t v = 0; v < frame.views.size(); ++v) {

@@ -26,6 +26,7 @@ class PresenceLearner {
   // `cameras` must outlive the learner.
   explicit PresenceLearner(const CameraRig& cameras);
 
+  // `frame` has one view per camera.
   void See(const DetectionFrame& frame);
 
   // The confidence below which joints are absent; 0 if none are, or if there
@@ -36,7 +37,7 @@ class PresenceLearner {
   static constexpr size_t kBinCount = 9;
   struct Bin {
     int64_t seen = 0;
-    int64_t astray = 0;  // of these
+    int64_t astray = 0;  // of these, far from the epipolar line
   };
   // A detection's joints, undistorted.
   struct Ideal {

@@ -58,8 +58,9 @@ bool EstimatesCameras(const Refinement& refinement) {
                      });
 }
 
-// Adds the uncertainty of `recorded` to `record`, for parameters of its cameras
-// that it does not contain; the two are independent.
+// Adds to `record` the covariance that `recorded` states for those parameters
+// of its cameras that `record` does not contain; parameters of the two records
+// are taken to be independent.
 void AddUncertainty(const RefinementRecord& recorded,
                     RefinementRecord* record) {
   if (recorded.covariance.rows() == 0) return;
@@ -122,7 +123,7 @@ ReadyRecording RefineRecording(const RunOptions& options,
   RunScene scene = PrepareScene(options, request, detections.header);
   const DetectionSequence asked = AskedFrames(request, detections);
   DetectionSequence used = WithUsualConfidences(UsedViewsOf(scene, asked));
-  double rate_hz = scene.model.frame_rate_hz;  // of the frames of a lag
+  double rate_hz = scene.model.frame_rate_hz;  // of the frames that lags count
   std::vector<int> lags(scene.used_views.size(), 0);
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
     if (!options.input.independent_frames) {
@@ -169,7 +170,7 @@ ReadyRecording RefineRecording(const RunOptions& options,
                 &refinement);
   }
   for (size_t v = 0; v < lags.size(); ++v) {
-    // The frames were already shifted by whole frames.
+    // The fit saw frames that were already shifted by the lags.
     refinement.changes[v][kOffsetAt] -= lags[v] / rate_hz;
   }
   scale.IntoWorld(&refinement);

@@ -25,7 +25,7 @@ namespace kinegraph {
 bool ChangesCameras(const RunOptions& options);
 
 // The time of the middle of the recording [s], relative to which WithClocks
-// applies drifts.
+// applies drifts; 0 without frames.
 double MiddleOf(const DetectionSequence& detections);
 
 // The requested frames with the clocks of a record, as in the run that wrote
@@ -64,16 +64,16 @@ struct ReadyRecording {
 // Refines the parameters that the options request, from the matches of a
 // tracking run and, if any were refined, again from those of a second run with
 // the refined parameters. If clocks are requested, whole-frame lags are
-// searched first.
-// Throws what PrepareScene throws.
+// searched first, but ignored if people hardly move. Throws what PrepareScene
+// throws.
 ReadyRecording RefineRecording(const RunOptions& options,
                                const RunRequest& request,
                                const DetectionSequence& detections);
 
 // `recorded`: the record of an earlier run in the request's calibration. `read`
-// is called if the recording is needed. Throws what PrepareScene throws, and
-// OptionError if `recorded` has clocks and the options request refinement, of
-// clocks or cameras.
+// is called at most once, if the recording is needed. Throws what PrepareScene
+// throws, and OptionError if `recorded` has clocks and the options request
+// refinement, of clocks or cameras.
 ReadyRecording MakeRecordingReady(
     const RunOptions& options, const RunRequest& request,
     const std::optional<RefinementRecord>& recorded,

@@ -26,7 +26,7 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kErrorSample = 4096;  // sample size of errors for quantiles
-// Upper bound of the counted people in a view.
+// People in a view are counted up to kMaxCounted - 1.
 constexpr size_t kMaxCounted = 64;
 
 // A uniform sample of a stream of numbers of any length (Vitter's reservoir
@@ -280,7 +280,7 @@ struct RecordingReporter::Impl {
     beginning_.frames.push_back(seen);
   }
 
-  // The doctor's input, which consists of detections only.
+  // The doctor's input for the beginning, without `match`: no tracking.
   DoctorInput BeginningOf() const {
     DoctorInput input;
     input.cameras = scene_.model.cameras;
@@ -358,7 +358,8 @@ struct RecordingReporter::Impl {
     }
   }
 
-  // Value of a key of the configuration with which the recording was tracked.
+  // Value of a key of the configuration with which the recording was tracked;
+  // `otherwise` if it is missing.
   template <typename Value>
   Value KeyOf(const char* table, const char* key, Value otherwise) const {
     const Json config = Json::parse(scene_.header.config_json, nullptr, false);
@@ -382,7 +383,7 @@ struct RecordingReporter::Impl {
         .confirm_hits;
   }
 
-  // Greatest speed covered by the gates. 0 for gates in pixels, and if
+  // Greatest speed covered by the gates [m/s]. 0 for gates in pixels, and if
   // association predicts that people continue their motion, because people are
   // then followed at any speed.
   double FollowedSpeed() const {

@@ -15,11 +15,11 @@ namespace kinegraph {
 namespace {
 
 // Limits of plausibility, not tuned on any benchmark.
-constexpr double kMaxErrorShare = 0.06;    // of a person's size (Shelf: 0.02)
-constexpr double kMinMatched = 0.4;        // fraction of detections
-constexpr double kNearlyAllMatched = 0.9;  // fraction of detections
-constexpr double kMaxSpread = 0.5;         // (p90 - p10) / median of a limb
-constexpr double kMaxSideDifference = 0.2;
+constexpr double kMaxErrorShare = 0.06;     // of a person's size (Shelf: 0.02)
+constexpr double kMinMatched = 0.4;         // fraction of detections
+constexpr double kNearlyAllMatched = 0.9;   // fraction of detections
+constexpr double kMaxSpread = 0.5;          // (p90 - p10) / median of a limb
+constexpr double kMaxSideDifference = 0.2;  // relative
 
 class Warnings {
  public:
@@ -55,7 +55,8 @@ class Warnings {
   // subjects may have any size; only their distance is limited.
   bool AddScale() {
     if (!report_->is_human) return AddScaleOfOthers();
-    // If the world is much too small or too large, no person is tracked.
+    // If the world is much too small or too large, no person is tracked, and
+    // only the stature from single frames is known.
     const double height_m =
         report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;
     const double distance_m = report_->working_distance_m;
@@ -107,8 +108,8 @@ class Warnings {
     }
     if (showing >= 2 && report_->frames < facts_.confirm_hits) {
       Add("nobody",
-          fmt::format("no person was found: {} {} few, because a track is "
-                      "written from {} frames with detections on",
+          fmt::format("no person was found: {} {} few, because a person must "
+                      "be detected in {} frames to be written",
                       report_->frames,
                       report_->frames == 1 ? "frame is too" : "frames are too",
                       facts_.confirm_hits),
@@ -162,8 +163,8 @@ class Warnings {
     return true;
   }
 
-  // Warns of many empty frames, as of a detector that did not run on every
-  // frame, because paper mode treats them as misses.
+  // Warns of many empty frames, as written by a detector that did not run on
+  // every frame, because paper mode treats them as misses.
   bool AddEmptyFrames() {
     constexpr double kMany = 0.2;  // of the frames
     const double share =
@@ -313,8 +314,8 @@ class Warnings {
       const UnfollowedPerson& one = all[i];
       Add("unfollowed",
           fmt::format("view {}: a person is detected in {:.0f} % of the frames "
-                      "({}..{}) but never tracked; a track needs two views "
-                      "that agree on at least four of 17 joints",
+                      "({}..{}) but never tracked; a new person needs enough "
+                      "joints in two views (initialisation.min_joints)",
                       report_->cameras[one.view].view, 100.0 * one.share,
                       one.first_frame, one.last_frame),
           kLookCloser);
@@ -350,7 +351,7 @@ double JointsOf17(const Detection& detection, const Skeleton& skeleton) {
 }
 
 std::optional<double> FasterGate(double body_speed_mps, double followed_mps) {
-  constexpr double kShare = 0.8;
+  constexpr double kShare = 0.8;  // of the covered speed, which leaves a margin
   constexpr double kLimbs = 1.4;  // speed relative to the body
   if (!(followed_mps > 0.0) || body_speed_mps > kMaxBodySpeed ||
       body_speed_mps <= kShare * followed_mps) {
@@ -360,9 +361,9 @@ std::optional<double> FasterGate(double body_speed_mps, double followed_mps) {
 }
 
 std::optional<int> FewerJoints(double joints_of_17, double least) {
-  constexpr double kWellWithin = 1.25;
-  constexpr double kCommon = 0.55;  // fraction of a view's joints
-  constexpr double kFewest = 4.0;   // determine position and orientation
+  constexpr double kWellWithin = 1.25;  // times the required joints
+  constexpr double kCommon = 0.55;      // fraction of a view's joints
+  constexpr double kFewest = 4.0;       // determine position and orientation
   if (!(joints_of_17 > 0.0) || joints_of_17 >= kWellWithin * least) {
     return std::nullopt;
   }

@@ -53,14 +53,15 @@ double JointsOf17(const Detection& detection, const Skeleton& skeleton);
 
 // The number of joints, of 17, that should be required of a new person if
 // detections typically have `joints_of_17`; nullopt if `least`, the current
-// requirement, is low enough. Two views that each miss a third of the joints
-// have about half of the joints in common.
+// requirement, is low enough or detections are unknown (0). Two views that each
+// miss a third of the joints may have only half of their joints in common.
 std::optional<int> FewerJoints(double joints_of_17, double least);
 
 // Recommended gates.speed_mps [m/s] for people who move at `body_speed_mps`, if
-// gates cover speeds up to `followed_mps`; nullopt if that suffices, is 0
-// (unknown), or if the body's speed is implausible. Gates must cover the
-// distance moved between two frames, and limbs are faster than the body.
+// gates cover speeds up to `followed_mps`; nullopt if that exceeds the body's
+// speed by a quarter or is 0 (unknown), or if the body's speed is implausible.
+// Gates must cover the distance moved between two frames, and limbs are faster
+// than the body.
 std::optional<double> FasterGate(double body_speed_mps, double followed_mps);
 
 // Median height of the people, weighted by their frames; 0 if unknown.

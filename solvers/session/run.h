@@ -16,7 +16,7 @@
 
 namespace kinegraph {
 
-// Detections held in memory, as a source that can be read repeatedly.
+// Detections held in memory as a source; another MemorySource reads them again.
 class MemorySource final : public DetectionSource {
  public:
   // `sequence` must outlive the source.
@@ -40,9 +40,10 @@ class UsedFrames {
  public:
   // Without `reopen`, frames come from Feed. `scene` must outlive this object.
   UsedFrames(const RunScene& scene, SourceOpener reopen);
+  // `used` has the used views only; ignored with `reopen`.
   void Feed(const DetectionFrame& used);
-  // Frames must be requested in ascending order; nullptr if the frame does not
-  // exist.
+  // The used views of a frame, valid until the next call; nullptr if the frame
+  // does not exist. Frames must be requested in ascending order.
   const DetectionFrame* At(int64_t frame);
 
  private:

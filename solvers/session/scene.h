@@ -51,6 +51,7 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
 // receives the earlier views of `kept` instead.
 void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
                    DetectionFrame* kept);
+// The used views of all frames, without absent joints.
 DetectionSequence UsedViewsOf(const RunScene& scene,
                               DetectionSequence detections);
 

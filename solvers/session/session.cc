@@ -351,8 +351,8 @@ struct Session::Impl {
     return false;
   }
 
-  // People whose tracks were shortened by a correction or by linking; these
-  // tracks are not extended again, whatever their identity is afterwards.
+  // Identities of tracks of which a correction or the linking deleted frames,
+  // also after later edits renamed them; these tracks are not extended again.
   std::set<TrackId> Shortened() const {
     std::set<TrackId> people;
     for (const IdentityEdit& edit : edits_) {

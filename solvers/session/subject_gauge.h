@@ -28,12 +28,13 @@ std::optional<Eigen::Vector3d> ObservedMiddle(const Pose3d& pose, int a, int b);
 // The limbs of a human skeleton; empty for other skeletons.
 class Limbs {
  public:
-  // Four limbs, left and right alternating, and the trunk from mid-hip to
-  // mid-shoulder.
+  // Thigh, shank, upper arm and forearm, left and right alternating, and the
+  // trunk from mid-hip to mid-shoulder.
   static constexpr size_t kSided = 8;
   static constexpr size_t kCount = kSided + 1;
   // Length relative to the stature.
   static double ShareOf(size_t limb);
+  // A stature is estimated if the shares of the observed limbs exceed this sum.
   static constexpr double kLeastShare = 0.4;
 
   explicit Limbs(const Skeleton& skeleton);
@@ -62,9 +63,10 @@ class Limbs {
 // people, estimated from their limbs, or the median size of other subjects,
 // estimated from the distances between their joints. The scale is 1 for people
 // between 0.5 and 2.3 m and for subjects that cannot be measured. It is final
-// 10 s (but at least 30 frames) after the first such frame; a non-human subject
-// that could not be measured by then is forgotten, because it may have been a
-// wrong detection, and the next one is awaited.
+// at the latest 10 s (but at least 30 frames) after the first frame in which
+// two views show a subject; a non-human subject that could not be measured by
+// then is forgotten, because it may have been a wrong detection, and the next
+// one is awaited.
 class SubjectGauge {
  public:
   // `cameras`: one per view of the frames. `stated_m`: the known size, or 0 if
@@ -90,15 +92,15 @@ class SubjectGauge {
   bool settled_ = false;
   int looks_ = 0;     // frames in which two views show a subject
   int measured_ = 0;  // of these, frames with a measured size
-  int waited_ = 0;    // frames since the first of these
-  TimeNs begun_ = 0;  // its time
+  int waited_ = 0;    // frames since the first frame counted in looks_
+  TimeNs begun_ = 0;  // time of that first frame
   std::vector<double> sizes_m_;
 };
 
 // The scale for a whole recording; `cameras`: one per view.
 SubjectScale ScaleOf(const RunOptions& options, const CameraRig& cameras,
                      const DetectionSequence& detections);
-// The scale of tracks in the world.
+// The scale by the sizes of tracked subjects, in the world's unit.
 SubjectScale ScaleOf(const TrackSequence& tracks);
 
 }  // namespace kinegraph

@@ -2,8 +2,8 @@
 // (gates, speeds, noise) hold for people. A mouse or a fly moves similarly
 // relative to its size, so these remain unchanged; instead the run divides the
 // world by this scale and multiplies its results by it. Options that describe
-// the place (working distance, entries) and a given bias of the detector are in
-// metres of the world and are divided as well.
+// the room (gates.working_distance, identity.entries) and a given bias of the
+// detector are in metres of the world and are divided as well.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
 #define KINEGRAPH_SOLVERS_SESSION_SUBJECT_SCALE_H_
 
@@ -17,7 +17,7 @@ namespace kinegraph {
 
 struct Refinement;  // solvers/cameras/refine.h
 
-// The size for which the constants hold.
+// The stature for which the constants hold.
 inline constexpr double kPersonSize_m = 1.7;
 
 class SubjectScale {

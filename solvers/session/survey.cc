@@ -23,6 +23,7 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kFramesToTry = 250;
+
 // Number of joints in the view with the second most joints, an upper bound on
 // the number that two views can triangulate.
 int JointsSeenTwice(const DetectionFrame& frame, int least_joints) {

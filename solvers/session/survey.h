@@ -18,9 +18,9 @@
 namespace kinegraph {
 
 struct SurveyRequest {
-  std::string cameras;  // paths
-  std::string detections;
-  RunOptions options;  // initial values, as in configs/default.toml
+  std::string cameras;     // path
+  std::string detections;  // path
+  RunOptions options;      // initial values, as in configs/default.toml
   std::vector<std::string> without_cameras;  // names of views or cameras
 };
 
@@ -60,10 +60,10 @@ struct RecordingSurvey : SurveyTrial {
 
 // Reads cameras and detections and tracks up to 250 frames from the first one
 // in which two views show people (if heights cannot be measured there, the 250
-// with the most joints): with the calibration's own unit and, if people's
-// heights are then implausible, with other units. Throws InputError if
-// something cannot be read or paired, or if the frame rate, which is never
-// guessed, is unknown.
+// consecutive frames with the most joints): with the calibration's own unit
+// and, if people's heights are then implausible, with other units. Throws
+// InputError if something cannot be read or paired, or if the frame rate, which
+// is never guessed, is unknown.
 RecordingSurvey SurveyRecording(const SurveyRequest& request);
 
 }  // namespace kinegraph

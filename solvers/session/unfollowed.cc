@@ -44,7 +44,9 @@ bool UnfollowedPeople::IsFollowed(const Detection& detection, size_t view,
 void UnfollowedPeople::See(const DetectionFrame& seen,
                            const TrackFrame& tracked) {
   constexpr double kLongestStepS = 1.0;
-  bool stopped = false;  // or stepped back: times tell nothing about absence
+  // Whether the clock stopped or stepped back, so that its times do not show
+  // for how long a person was absent.
+  bool stopped = false;
   if (frames_++ == 0) {
     first_time_ = seen.time;
   } else {

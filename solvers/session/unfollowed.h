@@ -58,7 +58,7 @@ class UnfollowedPeople {
   const std::vector<int> map_;
   const int least_joints_;
   int64_t frames_ = 0;
-  double step_s_ = 0.0;  // the longest frame interval, up to a second
+  double step_s_ = 0.0;  // the longest frame interval below a second
   TimeNs first_time_ = 0;
   TimeNs last_time_ = 0;
   int64_t last_frame_ = 0;

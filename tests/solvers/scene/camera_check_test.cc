@@ -17,7 +17,7 @@ using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
 // A check with correct tracks, so that only cameras and clocks have errors.
-// `skeleton`: of the tracks, with joints of the scene's.
+// `skeleton`: of the tracks; all its joints are joints of the scene's skeleton.
 CameraCheck CheckOf(const FaultyScene& scene, const Skeleton& skeleton) {
   CameraCheck check(scene.cameras, scene.detections.header.skeleton, skeleton);
   const std::vector<int> map = MapByName(scene.scene.skeleton, skeleton);
@@ -63,11 +63,12 @@ TEST(CameraCheck, WarnsAboutAShiftedImage) {
             std::string::npos)
       << Words(check);
   // The image centre moves right and down, so people appear to be left and up.
+  // The tolerance is the standard deviation of the pixel noise, 2 px.
   EXPECT_NEAR(check.Views()[1].x_px, -25.0, 2.0);
   EXPECT_NEAR(check.Views()[1].y_px, -10.0, 2.0);
 }
 
-// Detections and tracks have only these joints in common.
+// Detections and tracks have only the joints of the trunk in common.
 TEST(CameraCheck, TracksOfFourJointsSuffice) {
   FaultyScene scene = MakeFaultyScene({32});
   scene.cameras[1] = testing::Shifted(scene.cameras[1], 25.0, 10.0);
@@ -114,9 +115,9 @@ TEST(CameraCheck, WarnsAboutALateClockUnlessCaptureTimesAreCorrect) {
   for (DetectionFrame& frame : scene.detections.frames) {
     frame.views[2].capture_time += FromSeconds(0.1);
   }
-  const CameraCheck told = CheckOf(scene);
-  EXPECT_EQ(Words(told), "");
-  EXPECT_NEAR(told.Views()[2].late_s, 0.0, 0.015);
+  const CameraCheck corrected = CheckOf(scene);
+  EXPECT_EQ(Words(corrected), "");
+  EXPECT_NEAR(corrected.Views()[2].late_s, 0.0, 0.015);
 }
 
 TEST(CameraCheck, TwoCamerasAreCheckedWithEpipolarLines) {

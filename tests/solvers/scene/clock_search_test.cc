@@ -61,7 +61,7 @@ TEST(OnGrid, FillsGapsAndShortensLongOnes) {
   seen.frames.resize(2);
   seen.frames.push_back(seen.frames.back());
   seen.frames.back().frame = 7;
-  EXPECT_EQ(UsualStep(seen.frames), 1) << "5 and 2";
+  EXPECT_EQ(UsualStep(seen.frames), 1) << "steps of 5 and 2";
 }
 
 // ---- Lags ----

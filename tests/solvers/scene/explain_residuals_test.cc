@@ -49,7 +49,7 @@ TEST(Residuals, NoFindingsWithoutFaults) {
 
 TEST(Residuals, OnlyTheLateViewIsReported) {
   WalkersRoom room = NoisyRoom();
-  // Reported 24 ms too early.
+  // The view's recorded times are 24 ms too early.
   for (size_t k = 0; k < 120; ++k) {
     room.View(k, 1).capture_time -= FromSeconds(0.024);
   }

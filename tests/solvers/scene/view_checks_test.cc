@@ -72,8 +72,9 @@ TEST(ViewChecks, ViewWithAnotherFrameRateMayBeginAtAnyNumber) {
   }
   const Diagnosis diagnosis = DiagnoseScene(scene);
   ExpectOnly(diagnosis, "view_rate", scene.cameras[1].name());
-  // (101 + n - offset) / 12.5 = (101 + k) / 25 for 2 n = k has no integer
-  // solution, as the key requires, so the numbers of all views are shifted to
+  // Image n of the view is simultaneous with frame k = 2 n: from
+  // (101 + n - offset) / 12.5 = (101 + k) / 25 follows an offset of 50.5, but
+  // the key takes whole frames, so the numbers of all views are shifted to
   // begin at 0.
   std::string keys;
   for (const std::string& name : scene.detections.header.view_names) {

@@ -35,7 +35,7 @@ TEST(Ground, TiltedWorldIsLevelled) {
   const auto ground = GroundOf(tracks.header, tracks.frames);
   ASSERT_TRUE(ground.has_value());
   // The synthetic world has its floor at z = 0. Ankles move a little during
-  // stance, which tilts the plane by less than a degree.
+  // stance, which tilts the plane by about a degree (0.02 rad) at most.
   const Eigen::Vector3d up = ground->R * turn * Eigen::Vector3d::UnitZ();
   EXPECT_GT(up.z(), std::cos(0.02));
   // Statures have a standard deviation of 9 cm, so ankles differ in height by 4
@@ -59,8 +59,8 @@ TEST(Ground, TiltedWorldIsLevelled) {
   }
 }
 
-// At 2.5 Hz consecutive frames are farther apart than the usual interval over
-// which the speed of a foot is measured.
+// At 2.5 Hz consecutive frames are 0.4 s apart. At high frame rates the speed
+// of a foot is measured over at most 0.3 s.
 TEST(Ground, LowFrameRatesSuffice) {
   SceneOptions options;
   options.seed = 31;

@@ -1,4 +1,4 @@
-// Tests the whole pipeline in graph mode on random scenes: people must not
+// Tests the whole pipeline in graph mode on random scenes: tracks must not
 // depend on the world's pose, the order of cameras and detections, duplicate
 // detections or a camera without detections.
 #include <gtest/gtest.h>
@@ -86,7 +86,7 @@ MovePoint MoveWorld(Recording* recording) {
   };
 }
 
-MovePoint TurnDetectionsAround(Recording* recording) {
+MovePoint ReverseDetections(Recording* recording) {
   for (DetectionFrame& frame : recording->detections.frames) {
     for (ViewDetections& view : frame.views) {
       std::reverse(view.detections.begin(), view.detections.end());
@@ -98,7 +98,7 @@ MovePoint TurnDetectionsAround(Recording* recording) {
   return Stays;
 }
 
-MovePoint TurnCamerasAround(Recording* recording) {
+MovePoint ReverseCameras(Recording* recording) {
   std::reverse(recording->request.cameras.begin(),
                recording->request.cameras.end());
   auto& names = recording->detections.header.view_names;
@@ -123,7 +123,7 @@ MovePoint AddEmptyCamera(Recording* recording) {
 }
 
 // Duplicates detections, as detectors with overlapping boxes do.
-MovePoint FindTwiceInOneView(Recording* recording) {
+MovePoint DuplicateDetectionsInOneView(Recording* recording) {
   for (DetectionFrame& frame : recording->detections.frames) {
     std::vector<Detection>& detections = frame.views.front().detections;
     const size_t count = detections.size();
@@ -140,10 +140,10 @@ MovePoint FindTwiceInOneView(Recording* recording) {
 }
 
 constexpr Change kChanges[] = {
-    {"everybody found twice in one view", FindTwiceInOneView},
+    {"everybody found twice in one view", DuplicateDetectionsInOneView},
     {"a moved world", MoveWorld},
-    {"detections in another order", TurnDetectionsAround},
-    {"cameras in another order", TurnCamerasAround},
+    {"detections in another order", ReverseDetections},
+    {"cameras in another order", ReverseCameras},
     {"a camera that sees nobody", AddEmptyCamera}};
 
 TEST(PipelineDifference, IsDetected) {

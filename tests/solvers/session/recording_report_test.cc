@@ -73,9 +73,9 @@ TEST(RecordingReport, FaultlessRecordingsHaveStatisticsAndNoWarnings) {
       EXPECT_LT(camera.median_px, 7.0) << camera.view;
       EXPECT_GT(camera.p90_px, camera.median_px);
     }
-    // Statures have a mean of 1.72 m and a deviation of 9 cm; the synthetic
-    // body has the segment lengths of Drillis and Contini, as the report
-    // assumes, except for the trunk.
+    // Statures have a mean of 1.72 m and a standard deviation of 9 cm, three of
+    // which are tolerated; the synthetic body has the segment lengths of
+    // Drillis and Contini, as the report assumes, except for the trunk.
     for (const PersonReport& person : report.people) {
       EXPECT_NEAR(person.height_m, 1.72, 0.3);
     }
@@ -126,8 +126,8 @@ void Drop(Recording* recording, int64_t from, int64_t to) {
 
 TEST(RecordingReport, GapsInTheRecordingAreReported) {
   Recording recording = FaultlessRecording();
-  Drop(&recording, 20,
-       29);  // 0.36 s without a frame, shorter than kHole
+  // 0.36 s from frame to frame, shorter than kHole.
+  Drop(&recording, 20, 29);
   EXPECT_THAT(KindsOf(ReportOf(recording).warnings), IsEmpty());
   Drop(&recording, 40, 55);
   const RecordingReport report = ReportOf(recording);
@@ -153,7 +153,7 @@ TEST(RecordingReport, UnrelatedFramesAreReportedUnlessConfigured) {
 
 using Spoil = std::function<void(Recording*)>;
 
-constexpr size_t kAll = 1000;
+constexpr size_t kAll = 1000;  // instead of an index: every camera
 Spoil ChangeCamera(size_t camera_idx,
                    const std::function<void(CameraParameters*)>& change) {
   return [=](Recording* recording) {
@@ -186,7 +186,7 @@ struct WrongSetUp {
   std::string name;
   Spoil spoil;
   std::vector<std::string> kinds;  // at least one is required
-  std::string words;               // required in a warning
+  std::string words;               // required in the warnings
 };
 
 std::vector<WrongSetUp> WrongOnes() {
@@ -222,7 +222,7 @@ std::vector<WrongSetUp> WrongOnes() {
            {"clock_offset"},
            "cameras.refine_clock"},
           {"another_room",
-           // Every camera is rotated.
+           // Every camera is rotated, each by another angle.
            ChangeCamera(kAll,
                         [](CameraParameters* p) {
                           const Eigen::Vector3d before = p->t;
@@ -298,8 +298,8 @@ TEST(RecordingReport, TooFewFramesForATrackAreReported) {
 }
 
 // Three views lose every second image, so that their frames count at half the
-// rate of the other view. Sanitized builds also check that the times of its
-// frames are finite.
+// rate of the other view. Sanitized builds also check that the times of that
+// view's frames are finite.
 TEST(RecordingReport, ViewOfAnotherRateIsReported) {
   testing::FaultySceneOptions options = {21, 4, 2, 5.0};
   options.frame_rate_hz = 30.0;
@@ -361,7 +361,7 @@ TEST(RecordingReport, RecommendationsMatchStatistics) {
   EXPECT_EQ(FewerJoints(12.5, 10.0), std::nullopt);
   EXPECT_EQ(FewerJoints(12.0, 10.0), 6);
   EXPECT_EQ(FewerJoints(6.0, 10.0), 4);
-  EXPECT_EQ(FewerJoints(6.0, 4.0), std::nullopt);   // already requested
+  EXPECT_EQ(FewerJoints(6.0, 4.0), std::nullopt);   // already as low as 4
   EXPECT_EQ(FewerJoints(0.0, 10.0), std::nullopt);  // nothing detected
 
   EXPECT_EQ(FasterGate(1.4, 6.2), std::nullopt);  // walking, at 30 Hz
@@ -381,7 +381,8 @@ TEST(RecordingReport, RecommendationsMatchStatistics) {
             "--set=cameras.unit=cm or --set=cameras.unit=mm");
 }
 
-// A fly may be 12 mm from its cameras, and a mouse may have any size.
+// A fly may be 12 mm from its cameras. A skeleton with a tail is not human, so
+// no stature is measured from its limbs.
 TEST(RecordingReport, NonHumanSubjectsDoNotDetermineTheUnit) {
   for (const bool is_human : {true, false}) {
     RecordingReport report;

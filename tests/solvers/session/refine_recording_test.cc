@@ -55,8 +55,8 @@ TEST(RefineRecording, ARecordReproducesTheRefinement) {
   ASSERT_TRUE(refined.record->has_clocks());
   ASSERT_TRUE(refined.ground.has_value());
   ASSERT_GT(refined.record->covariance.rows(), 0);
-  // At most a fifth of the inserted errors remains, up to a common rotation of
-  // all cameras from the floor.
+  // At most a fifth of the inserted half degree remains. The true cameras are
+  // moved to the same floor.
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     const CameraRig truth = OnGround(scene.scene.cameras, *refined.ground);
     EXPECT_LT(testing::AngleBetween(refined.cameras[v], truth[v]), 0.1);
@@ -64,7 +64,7 @@ TEST(RefineRecording, ARecordReproducesTheRefinement) {
   // Written to a file and read by a later run, the record gives bitwise the
   // same result.
   const testing::TemporaryFolder folder;
-  const std::string path = folder.path().string() + "/take.cameras.json";
+  const std::string path = folder.path().string() + "/recording.cameras.json";
   WriteCameras(path, refined.cameras, RefinementJson(refined));
   const auto record = ReadRefinementRecord(path);
   ASSERT_TRUE(record.has_value());
@@ -155,13 +155,15 @@ TEST(RefineRecording, ClocksAreFoundAtLowFrameRates) {
   const ReadyRecording refined =
       Ready(MakeFaultyScene(options), "cameras.refine_clock=true");
   EXPECT_FALSE(refined.refinement->hardly_moves);
+  // An eighth of a frame.
   for (size_t v = 0; v < 5; ++v) {
     EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
                 0.03);
   }
 }
 
-// A detector ran on every fifth frame: three recorded frames are 0.6 s.
+// A detector ran on every fifth frame: three recorded frames are 0.6 s. The
+// tolerance is less than a sixth of a recorded frame.
 TEST(RefineRecording, ClocksAreFoundInEveryFifthFrame) {
   FaultySceneOptions options = {24, 5, 4, 30.0};
   options.clock_offset_s = {0.0, 0.0, 0.6, 0.0, 0.0};
@@ -179,6 +181,7 @@ TEST(RefineRecording, ClocksAreFoundInEveryFifthFrame) {
   }
 }
 
+// A quarter of the frames is missing. The tolerance is a quarter of a frame.
 TEST(RefineRecording, ClocksAreFoundIfFramesAreMissing) {
   FaultySceneOptions options = {25, 5, 4, 16.0};
   options.clock_offset_s = {0.0, 0.0, 0.6, 0.0, 0.0};
@@ -197,7 +200,8 @@ TEST(RefineRecording, ClocksAreFoundIfFramesAreMissing) {
   }
 }
 
-// As calibrate --in_step writes it, with views that share their clocks.
+// A record without clocks, as `calibrate --in_step` writes it, remains if a
+// refinement is rejected or changes only clocks.
 TEST(RefineRecording, UnchangedCamerasKeepTheirRecordedUncertainty) {
   RefinementRecord recorded;
   FaultySceneOptions options = {23, 5, 4, 6.0};

@@ -17,12 +17,12 @@ namespace {
 constexpr double kYear_s = 365.0 * 86400.0;
 
 // Two people, three cameras.
-Recording TakeAt(double frame_rate_hz, double duration_s) {
+Recording RecordingAt(double frame_rate_hz, double duration_s) {
   SceneOptions options = Staying(1, 2, 3, duration_s);
   options.frame_rate_hz = frame_rate_hz;
   return Record(MakeScene(options));
 }
-Recording SmallRecording() { return TakeAt(25.0, 2.0); }
+Recording SmallRecording() { return RecordingAt(25.0, 2.0); }
 
 RunOptions InPasses(bool second_pass) {
   RunOptions options = GraphMode();
@@ -146,7 +146,7 @@ class Pauses : public ::testing::TestWithParam<double> {};
 // A pause of an hour ends all state that is carried from frame to frame, so
 // longer pauses give identical results.
 TEST_P(Pauses, GiveTheResultOfAnHour) {
-  const Recording recording = TakeAt(25.0, 3.0);
+  const Recording recording = RecordingAt(25.0, 3.0);
   for (const bool batch : {false, true}) {
     RunOptions options = GraphMode();
     if (batch) {
@@ -168,9 +168,11 @@ INSTANTIATE_TEST_SUITE_P(All, Pauses,
                          ::testing::Values(3.0 * 3600.0, kYear_s,
                                            40.0 * kYear_s));
 
-// The part before a pause is tracked as if the recording ended there.
+// The part before a pause is tracked as if the recording ended there. A pause
+// of less than minus one frame (0.04 s) steps the clock back, and one of
+// exactly that stops it.
 TEST(SessionClock, PartBeforeAPauseIsIndependentOfTheRest) {
-  const Recording recording = TakeAt(25.0, 3.0);
+  const Recording recording = RecordingAt(25.0, 3.0);
   Recording alone = recording;
   alone.detections.frames.resize(40);
   const std::vector<double> expected = NumbersOf(Track(alone, GraphMode()));
@@ -185,7 +187,7 @@ TEST(SessionClock, PartBeforeAPauseIsIndependentOfTheRest) {
 }
 
 TEST(SessionClock, StoppedClockIsNotAnError) {
-  Recording recording = TakeAt(25.0, 1.0);
+  Recording recording = RecordingAt(25.0, 1.0);
   for (DetectionFrame& frame : recording.detections.frames) {
     Shift(-ToSeconds(frame.time), &frame);
   }
@@ -193,20 +195,21 @@ TEST(SessionClock, StoppedClockIsNotAnError) {
   EXPECT_EQ(PoseCount(Track(recording, GraphMode())), 0u);
 }
 
+// Of every `on + off` frames, the first `on` have detections.
 struct Pattern {
   double rate_hz = 0.0;
   int on = 0;
   int off = 0;
 };
 
-class Looks : public ::testing::TestWithParam<Pattern> {};
+class EmptyFrames : public ::testing::TestWithParam<Pattern> {};
 
-// Frames without detections in any view, at regular intervals, do not change
-// the result compared with a recording without these frames.
-TEST_P(Looks, EmptyFramesDoNotChangePeople) {
+// A recording with frames without detections, at regular intervals, gives the
+// same people as the recording without these frames.
+TEST_P(EmptyFrames, DoNotChangePeople) {
   const auto [rate_hz, on, off] = GetParam();
   for (const bool backfill : {false, true}) {
-    Recording with = TakeAt(rate_hz, 6.0);
+    Recording with = RecordingAt(rate_hz, 6.0);
     Recording without = with;
     without.detections.frames.clear();
     for (DetectionFrame& frame : with.detections.frames) {
@@ -222,12 +225,12 @@ TEST_P(Looks, EmptyFramesDoNotChangePeople) {
     const TrackSequence left_out = Track(without, options);
     EXPECT_EQ(IdsOf(empty).size(), 2u);
     EXPECT_EQ(IdsOf(empty), IdsOf(left_out));
-    // Only frames with detections are written.
+    // People are written only in frames with detections.
     EXPECT_EQ(PoseCount(empty), PoseCount(left_out));
   }
 }
 INSTANTIATE_TEST_SUITE_P(
-    All, Looks,
+    All, EmptyFrames,
     ::testing::Values(Pattern{25.0, 2, 1}, Pattern{25.0, 1, 1},
                       Pattern{25.0, 1, 9}, Pattern{30.0, 1, 4},
                       Pattern{60.0, 2, 1}, Pattern{60.0, 1, 1},
@@ -237,7 +240,7 @@ INSTANTIATE_TEST_SUITE_P(
 class Frames : public ::testing::Test {
  protected:
   DetectionFrame At(size_t k) const { return recording_.detections.frames[k]; }
-  const Recording recording_ = TakeAt(25.0, 1.0);
+  const Recording recording_ = RecordingAt(25.0, 1.0);
 };
 
 TEST_F(Frames, AreRejectedAndSkippedIfInvalid) {

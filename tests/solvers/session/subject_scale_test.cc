@@ -1,4 +1,4 @@
-// Tests that a world scaled by a factor gives poses scaled by this factor.
+// Tests that cameras scaled by a factor give poses scaled by this factor.
 #include "solvers/session/subject_scale.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ namespace {
 
 using testing::Recording;
 
-constexpr double kStature_m = 1.72;  // mean of the scene
+constexpr double kStature_m = 1.72;  // mean of synthetic people
 
 // Two people in view of four cameras for three seconds, with a detector's
 // errors.
@@ -317,7 +317,7 @@ TEST(SubjectScale, StreamsOfNonHumansWaitForTheSize) {
       written += now;
     }
     EXPECT_EQ(waited > 0, !is_human);
-    EXPECT_LT(waited, 12U);
+    EXPECT_LT(waited, 12U);  // ten measured frames suffice
     written += session.Finish().size();
     EXPECT_EQ(written, recording.detections.frames.size());
   }
@@ -411,9 +411,9 @@ TEST(SubjectScale, OnlyPositionsAndResultsAreScaled) {
   LearntNoise noise;
   noise.classes[0].sigma_px = 3.0;
   noise.classes[0].process_noise = 2.0;
-  const LearntNoise told = scale.IntoWorld(noise);
-  EXPECT_NEAR(told.classes[0].sigma_px, 0.3, 1e-12);
-  EXPECT_NEAR(told.classes[0].process_noise, 0.02, 1e-12);
+  const LearntNoise outside = scale.IntoWorld(noise);
+  EXPECT_NEAR(outside.classes[0].sigma_px, 0.3, 1e-12);
+  EXPECT_NEAR(outside.classes[0].process_noise, 0.02, 1e-12);
   TrackFrame frame;
   frame.people.resize(1);
   frame.people[0].derivatives.resize(2);

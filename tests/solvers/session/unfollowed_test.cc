@@ -57,6 +57,7 @@ TEST(Unfollowed, AStoppedClockDoesNotDivideAPerson) {
   EXPECT_DOUBLE_EQ(often[0].share, 1.0);
 }
 
+// 49 of 250 frames are less than a fifth.
 TEST(Unfollowed, RarelySeenPersonIsNotReported) {
   EXPECT_TRUE(Often(49, 0).empty());
 }

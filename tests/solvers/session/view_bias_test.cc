@@ -108,7 +108,7 @@ TEST(SessionViewBias, KnownBiasIsLearntAndRemoved) {
   for (const ViewBias::OfJoint& joint : learnt.bias.joints) {
     if (joint.joint != "hip") continue;
     EXPECT_TRUE(joint.used);
-    EXPECT_NEAR(joint.across_m[4], 0.04, 0.01);
+    EXPECT_NEAR(joint.across_m[4], 0.04, 0.01);  // to a quarter of the bias
   }
 }
 

@@ -19,14 +19,15 @@ using testing::FaultySceneOptions;
 
 // Five views of a scene at 50 Hz: three are recorded at 25 Hz, the last two at
 // 10 Hz. The files of each view count from zero.
-FaultyScene TakeAt50Hz() {
+FaultyScene SceneAt50Hz() {
   FaultySceneOptions options = {41, 5, 3, 4.0};
   options.frame_rate_hz = 50.0;
   return testing::MakeFaultyScene(options);
 }
 
-constexpr size_t kStride[] = {2, 2, 2, 5, 5};
+constexpr size_t kStride[] = {2, 2, 2, 5, 5};  // by view, in frames of 50 Hz
 
+// Writes the views' detections as OpenPose folders; returns their path.
 std::string WriteFolders(const FaultyScene& scene,
                          const testing::TemporaryFolder& folder) {
   DetectionSequence counted;
@@ -59,6 +60,7 @@ RunOptions OptionsAt25HzWith(const std::string& keys) {
       keys, "");
 }
 
+// Mean distance of the tracks from the truth [m].
 double ErrorOf(const FaultyScene& scene, const RunOptions& options,
                const std::string& path,
                const std::vector<std::string>& without = {}) {
@@ -80,7 +82,7 @@ double ErrorOf(const FaultyScene& scene, const RunOptions& options,
 }
 
 TEST(ViewRates, SlowerViewsReduceTheError) {
-  const FaultyScene scene = TakeAt50Hz();
+  const FaultyScene scene = SceneAt50Hz();
   const testing::TemporaryFolder folder;
   const std::string path = WriteFolders(scene, folder);
   const auto& names = scene.detections.header.view_names;
