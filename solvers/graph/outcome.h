@@ -38,12 +38,14 @@ void Extend(TimeNs time, int inlier_views, JointSupport* support);
 JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s);
 
-// A final pose of the scene's joints without values for joints, weights,
-// covariances and derivatives.
+// A final pose with the frame's time, score and matches. Joints, weights and,
+// if requested, covariances and derivatives have entries but no values yet:
+// WriteJoint fills them in.
 FinalPose PoseOf(const FrameRecord& record, const SceneModel& scene,
                  bool covariances);
 
-// Writes joint `joint_idx` of the problem's frame `k` into the pose.
+// Writes joint `joint_idx`, whose chain is given, of the problem's frame `k`
+// into the pose. `covariance` [m^2]: null if there is none.
 void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
                 JointStatus status, int inlier_views,
                 const Eigen::Matrix3d* covariance, PersonPose* pose);

@@ -204,9 +204,10 @@ struct SolveSchedule {
 };
 
 struct SolveReport {
-  bool finite = true;     // false: the start was kept; others are meaningless
+  // False: the start was kept, and the other fields are meaningless.
+  bool finite = true;
   bool converged = true;  // in the last stage
-  int iterations = 0;     // block-tridiagonal
+  int iterations = 0;     // of the block-tridiagonal solver
   int ceres_iterations = 0;
   int ceres_problems = 0;
   double cost_decrease = 0.0;  // in Ceres' last stage

@@ -1,5 +1,5 @@
-// Observations of a skeleton's bones from the views of single frames, without a
-// motion prior.
+// Observations ("looks") of a skeleton's bones, each from the views of a single
+// frame, without a motion prior.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
 #define KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
 
