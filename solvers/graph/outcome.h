@@ -64,7 +64,7 @@ struct KnownBone {
 // connect the joint to a sure joint or to most of the body. A joint without a
 // covariance is kept, and so is every joint if no bone is known. Called once
 // per pose, after WriteJoint, so that every output of a track (JSON, TRC, BVH,
-// glTF, the page) is consistent.
+// glTF, the HTML page) is consistent.
 void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose);
 
 }  // namespace kinegraph

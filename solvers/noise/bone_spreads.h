@@ -169,7 +169,8 @@ class BoneLengths {
 
  private:
   static constexpr double kBin = 0.002;  // m
-  // Up to 4 m: a subject of two joints is scaled to 1.7 m.
+  // Up to 4 m: subjects other than people are scaled to 1.7 m, which is the
+  // length of the only bone of a subject of two joints.
   static constexpr int kBinCount = 2000;
 
   // Distances of a bone and the same bone on the other side.

@@ -120,7 +120,7 @@ class PersonNoise {
   // frames, [frame][joint] in a row. Otherwise empty.
   std::vector<FrameTriangulator::Start> starts_;
   ConfidenceLearner confidences_;
-  bool knows_confidences_ = false;  // whether confidences are learnt
+  bool knows_confidences_ = false;  // whether their weighting is final
   NoiseScales scales_;
   CorrelationLearner correlations_;
   const MotionGroups groups_;
@@ -149,6 +149,7 @@ class PersonNoise {
   std::vector<LevelChain::Vector> belief_;
   TimeNs belief_time_ = 0;
   std::vector<LevelChain> chains_;  // by class, at the recording's level
+  // Process noise of any frame interval so far [m^2/s^3], by class; 0: none.
   std::array<double, kJointClassCount> least_{};
   std::array<double, kJointClassCount> greatest_{};
 };

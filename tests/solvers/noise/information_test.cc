@@ -134,7 +134,7 @@ const double kLagProcessNoise = kVarianceM2 * kFrameS * std::pow(kCrossover, 4);
 constexpr int kLagFrames = 6000;
 
 // The ratios learnt from points of `motion`, called once per frame, with errors
-// of the given correlation.
+// of the given correlation and `off` times the stated standard deviation.
 LagLearner::Ratios RatiosOf(const std::function<Vector3d(double)>& motion,
                             const ErrorCorrelation& correlation,
                             int frames = kLagFrames, double off = 1.0) {
