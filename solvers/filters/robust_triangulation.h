@@ -50,7 +50,8 @@ class RobustTriangulator {
   std::optional<RobustPoint> Triangulate(
       const std::vector<PixelPoint>& views) const;
 
-  // The minimum reached from `start_m`; nullopt as above, for any start.
+  // The minimum reached from `start_m`; nullopt when it is not finite, fewer
+  // than two views support it or they leave a direction undetermined.
   std::optional<RobustPoint> TriangulateFrom(
       const Eigen::Vector3d& start_m,
       const std::vector<PixelPoint>& views) const;

@@ -54,7 +54,8 @@ class RowTriangle {
     ++count_;
   }
 
-  // No rows may be added afterwards.
+  // The prior that remains when the first kDropped variables are eliminated. No
+  // rows may be added afterwards.
   template <int kDropped>
   SquareRootPrior<kColumns - kDropped> Drop() {
     Reduce();

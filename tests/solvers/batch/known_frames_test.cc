@@ -76,11 +76,11 @@ TEST_F(KnownFramesTest, UnchangedMatchesAreNotSolvedAgain) {
   EXPECT_GT(alone.counts.solves, 0);
   // The order of views, which in the tracker is that of their first match, does
   // not matter.
-  std::vector<EstimatorFrame> turned = recording_.frames;
-  for (EstimatorFrame& frame : turned) {
+  std::vector<EstimatorFrame> reordered = recording_.frames;
+  for (EstimatorFrame& frame : reordered) {
     std::reverse(frame.views.begin(), frame.views.end());
   }
-  for (const auto& frames : {recording_.frames, turned}) {
+  for (const auto& frames : {recording_.frames, reordered}) {
     const Run second = SecondPass(frames);
     EXPECT_EQ(second.counts.solves, 0);
     ASSERT_EQ(second.finals.size(), kFrames);

@@ -103,8 +103,9 @@ TEST(InformationTest, TableInterpolatesTheCovarianceFactor) {
       }
     }
   }
-  // The error of cubic interpolation with a step of 1/8 is (1/8)^4 times the
-  // fourth derivative, which is below 1 away from the kink.
+  // The error of cubic interpolation with a step of 1/8 is at most 3/128
+  // (1/8)^4 = 6e-6 times the fourth derivative, which is below 1 away from the
+  // kink.
   EXPECT_LT(farthest, 1e-4);
 }
 
