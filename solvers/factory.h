@@ -16,7 +16,7 @@ namespace kinegraph {
 class RecordingNotes;  // solvers/noise/recording_notes.h
 
 enum class Mode {
-  kPaper,  // the paper's causal Gaussian in both roles
+  kPaper,  // the paper's causal Gaussian, for association and for the output
   kGraph,  // the two kinds that `feedback` and `output` select
 };
 const char* ToString(Mode mode);
@@ -52,7 +52,7 @@ const std::vector<std::string>& OutputNames();
 
 struct EstimatorOptions {
   Mode mode = Mode::kGraph;
-  // Graph mode only; paper mode always uses the Gaussian in both roles.
+  // Graph mode only; paper mode always uses the Gaussian for both.
   FeedbackKind feedback = FeedbackKind::kGaussian;
   OutputKind output = OutputKind::kWindow;
   CausalGaussianOptions gaussian;
@@ -68,13 +68,13 @@ struct EstimatorOptions {
 // joints of a bridged gap are written is nevertheless known only afterwards.)
 bool IsCausal(OutputKind kind, const EstimatorOptions& options);
 
-// One strategy alone, independent of mode and roles. Data learnt from the
+// A factory of one kind, whatever options.mode is. Data learnt from the
 // recording is kept in `notes`; null: in separate notes of the factory.
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
                             std::shared_ptr<RecordingNotes> notes = nullptr);
 
-// Factories of the two roles. An empty `output` means that the feedback
-// estimator's own poses are written.
+// Factories of the two estimators of a person. An empty `output` means that the
+// feedback estimator's own poses are written.
 struct EstimatorPair {
   EstimatorFactory feedback;
   EstimatorFactory output;

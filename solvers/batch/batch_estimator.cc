@@ -166,7 +166,7 @@ class BatchEstimator final : public Estimator {
     solver_.SolveTogether(&recording_);
   }
 
-  // Reuses the previous pass' result for this person and solves only where
+  // Reuses the previous pass's result for this person and solves only where
   // matches changed. False if that pass has no such person.
   bool SolveAgain() {
     std::optional<KnownFrames> known =
@@ -246,8 +246,9 @@ class BatchEstimator final : public Estimator {
     first.doubt_unsettled = false;
     solver_.SolveJoints(first, &recording_);
     RescaleNoise(first.stages.front(), 0.0);
-    // Residuals of the whole schedule separate outliers better. Starts from the
-    // convex stage again, because a redescending loss must not start warm.
+    // Residuals of the whole schedule separate outliers better. Starts with the
+    // convex stage again, because a redescending loss must not start from an
+    // earlier estimate (MakeSchedule).
     solver_.SolveJoints(whole, &recording_);
     if (RescaleNoise(whole.stages.back(), kLeastChange)) {
       solver_.SolveJoints(whole, &recording_);
@@ -272,7 +273,8 @@ class BatchEstimator final : public Estimator {
     if (notes_->expects_another_pass()) {
       return solver_.JointCovariances(recording_);
     }
-    // Bones are empty if their solve failed; covariances must not include them.
+    // The recording has no bones if their solve failed; covariances must not
+    // include them then.
     const bool held = !recording_.bones.empty();
     if (held) std::swap(recording_.bones, stated_bones_);
     std::vector<std::vector<Eigen::Matrix3d>> covariances =
@@ -381,10 +383,10 @@ class BatchEstimator final : public Estimator {
   const GraphOptions options_;
   RecordingSolver solver_;
   PackedFrames frames_;      // until Finish
-  PersonProblem recording_;  // from then on
+  PersonProblem recording_;  // during Finish
   // Replace the bones of recording_ where covariances are computed.
   std::vector<BoneConstraint> stated_bones_;
-  std::optional<PersonNoise> noise_;  // until everything is solved
+  std::optional<PersonNoise> noise_;  // until Finish ends
   const std::shared_ptr<RecordingNotes> notes_;
   const BiasJoints bias_joints_;
   // The bias to subtract; null: none.

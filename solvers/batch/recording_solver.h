@@ -53,14 +53,15 @@ struct KnownFrames {
   std::vector<char> same;
 };
 
-// The first of `people` whose matches differ in at most 1/400 of the frames (of
-// the longer of both tracks), if any. So few changed matches hardly affect
-// noise and bones.
+// The first of `people` whose matches and numbers of measurements differ in at
+// most 1/400 of the frames (of the longer of both tracks), if any. So few
+// changes hardly affect noise and bones.
 std::optional<KnownFrames> FindKnownFrames(
     const std::vector<std::shared_ptr<const SolvedPerson>>& people,
     const std::vector<FrameRecord>& records, const PersonProblem& graph);
 
-// Chunks that own the frames affected by changed frames.
+// Chunks that own the frames within the overlap (MakeChunks) of any frame that
+// is not `same`.
 std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same);
 

@@ -54,7 +54,7 @@ class CeresFactor<Factor, std::index_sequence<kIndices...>> final
 };
 
 // PersonPrior as a factor on the first states of `joint_count` joints. The
-// prior must be set before evaluation and must outlive it.
+// prior must be set before a solve and must outlive it.
 class CeresPersonPrior final : public ceres::CostFunction {
  public:
   explicit CeresPersonPrior(size_t joint_count);

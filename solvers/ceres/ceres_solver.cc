@@ -53,8 +53,9 @@ struct FrameBlocks {
   std::vector<ceres::ResidualBlockId> residuals;  // in order of addition
 };
 
-// Records the last accepted step of all states. Ends a solve when a step moves
-// no position by more than the tolerance, or when a stop is requested.
+// Records the last accepted step of all states. Ends a solve when an undamped
+// step moves every position by less than the tolerance along each axis, or when
+// a stop is requested.
 class StepWatch final : public ceres::IterationCallback {
  public:
   using Frames = std::vector<std::unique_ptr<FrameBlocks>>;
@@ -131,7 +132,7 @@ ceres::Problem::Options ProblemOptions() {
 // Largest gradient entry at which Ceres accepts a point as the minimum [1/m,
 // s/m]. At gradient g a state of standard deviation s is about g s^2 from the
 // minimum. At this limit that is the step tolerance for s = 1 cm, typical of
-// two views, and 3 % of s for s = 10 cm.
+// two views, and 3 % of s for s = 10 cm at the default tolerance.
 double GradientTolerance(double step_tolerance_m) {
   constexpr double kTypicalSigmaM = 0.01;
   return step_tolerance_m / (kTypicalSigmaM * kTypicalSigmaM);

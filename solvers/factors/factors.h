@@ -23,7 +23,7 @@ inline constexpr double kNearestDepthM = 0.1;
 // sigma is constant: a state-dependent one would lower the cost of states that
 // increase it.
 // Evaluate returns false where the point has no image: nearer than
-// kNearestDepthM, behind the camera or outside the lens' region; solvers gate
+// kNearestDepthM, behind the camera or outside the lens's region; solvers gate
 // such measurements at their start. A single view does not determine the depth.
 //
 // View has bool Project(const T* point, T* px, T (*by_point)[3]) const;
@@ -238,7 +238,8 @@ struct GaussianPrior {
 // Visits the factors whose earliest state is that of frame k, as
 //   bool visit(factor, counting)
 // on the states of frames k .. k + Factor::kKeys - 1; returning false ends the
-// walk. A chain has
+// iteration. `counting` is what the visitor needs besides the factor to weight
+// it, of a type that the chain defines. A chain has
 //   frame_count()
 //   HasPrior(), Prior()           on the state of frame 0
 //   HasCentre(k), Centre(k)       on the state of frame k

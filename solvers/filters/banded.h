@@ -26,7 +26,7 @@ class BandedLeastSquares {
 
   // Row i of the resulting triangle, from unknown i on.
   Eigen::VectorXd TriangleRow(Eigen::Index i) const { return R_.col(i); }
-  // One row per unknown, one column per column of b.
+  // The solution x: one row per unknown, one column per column of b.
   Samples Solve() const;
   // Row k: the k-th diagonal above the main one of (A'A)^-1, k < width; the
   // entry (i, i + k) is in column i (Hutchinson and de Hoog 1985).
@@ -48,8 +48,8 @@ class PentadiagonalFactors {
   explicit PentadiagonalFactors(Eigen::Index size)
       : d_(size), l1_(size), l2_(size) {}
 
-  // Row i, in ascending order, from its entries at i, i + 1 and i + 2; zero
-  // beyond the last column.
+  // Sets row i; rows must be set in ascending order. The entries are those at
+  // columns i, i + 1 and i + 2; zero beyond the last column.
   void SetRow(Eigen::Index i, double diagonal, double first, double second);
   // Replaces the right-hand sides, one per column, by the solutions.
   void Solve(Samples* x) const;

@@ -10,8 +10,8 @@
 namespace kinegraph {
 namespace {
 
-// Index of place `index` in a list of `length`, continued by half-sample
-// symmetric reflection.
+// The entry at `index` of a list of `length` entries that half-sample symmetric
+// reflection continues in both directions.
 int Reflect(int index, int length) {
   const int period = 2 * length;
   int wrapped = index % period;

@@ -1,5 +1,6 @@
-// The paper's estimator: a causal Gaussian over the stored poses and a mean
-// velocity (section 3.3, "Temporal information to smooth").
+// The estimator of Chu et al. (docs/paper_mode.md): a causal Gaussian over the
+// stored poses and a mean velocity (section 3.3, "Temporal information to
+// smooth").
 #ifndef KINEGRAPH_SOLVERS_FILTERS_CAUSAL_GAUSSIAN_H_
 #define KINEGRAPH_SOLVERS_FILTERS_CAUSAL_GAUSSIAN_H_
 

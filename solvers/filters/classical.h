@@ -1,4 +1,5 @@
-// Classical filters without a motion model, for uniform or non-uniform time.
+// Classical filters without a motion model. Functions without `times_s` assume
+// uniform time.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_CLASSICAL_H_
 #define KINEGRAPH_SOLVERS_FILTERS_CLASSICAL_H_
 

@@ -36,8 +36,8 @@ class JointPoints {
               const RobustTriangulationOptions& robust,
               const GraphOptions& noise);
 
-  // Points of a frame, one per joint. Writes the robust triangulation's inlier
-  // views and weights to `person` (as filled by DescribeViews).
+  // Points of a frame, one per joint. With kRobust, writes the triangulation's
+  // inlier views and weights to `person` (as filled by DescribeViews).
   void Find(const EstimatorFrame& frame,
             std::vector<std::optional<JointPoint>>* points, PersonPose* person);
 

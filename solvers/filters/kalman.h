@@ -24,10 +24,10 @@ struct PointModel {
 // Estimates at every time of the segment. The first sample, which must exist,
 // provides position and position covariance of the initial state (one-point
 // initialisation; section 5.5.3 of the same book). `covariances_m2` has one
-// entry per time; times without sample are predicted, so the covariance grows
-// in a gap. The filter (Kalman 1960, Joseph's form of the update) uses samples
-// up to each time, the smoother (Rauch, Tung and Striebel 1965) the whole
-// segment. No value is rejected.
+// entry per time. The filter (Kalman 1960, Joseph's form of the update) uses
+// samples up to each time; at times without a sample it predicts, so its
+// covariance grows in a gap. The smoother (Rauch, Tung and Striebel 1965) uses
+// the whole segment. No value is rejected.
 SegmentEstimate KalmanFilter(const PointModel& model,
                              const JointSegment& segment);
 SegmentEstimate RtsSmoother(const PointModel& model,

@@ -294,8 +294,8 @@ SegmentFilter Recursive(const std::string& name,
     RequireUniformTime(name, segment.times_s, rate_hz);
     const double own_hz = RateOf(segment.times_s, rate_hz);
     LowPass low_pass = make(options, own_hz);
-    // A cut-off may be too high for a segment that is slower than the frame
-    // rate.
+    // A cut-off may be too high for a segment whose own rate is below the
+    // nominal one.
     low_pass.filter = [own_hz, filter = std::move(low_pass.filter)](
                           double cutoff_hz, const Samples& signal) {
       return filter(cutoff_hz < 0.5 * own_hz ? cutoff_hz : 0.45 * own_hz,

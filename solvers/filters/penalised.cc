@@ -85,9 +85,10 @@ class LinearCurve : public PenalisedCurve {
     }
   }
 
-  std::vector<BandedRow> data_;       // one per sample
-  std::vector<BandedRow> roughness_;  // both ascending by `first`
-  Eigen::MatrixXd values_;            // a column per sample
+  // Both lists ascend by `first`.
+  std::vector<BandedRow> data_;  // one per sample
+  std::vector<BandedRow> roughness_;
+  Eigen::MatrixXd values_;  // a column per sample
 
  private:
   double Gcv(double lambda) const {
@@ -300,7 +301,8 @@ std::unique_ptr<PenalisedCurve> MakeCubicSpline(
 
 namespace {
 
-// Solves for one column. D maps values to changes of slope.
+// Solves for one column y, at times x in frames. D maps values to changes of
+// slope.
 class TrendSolver {
  public:
   TrendSolver(double lambda, const std::vector<double>& x,

@@ -22,7 +22,7 @@ using Lower = std::array<double, 6>;
 struct Linearised {
   double cost = 0.0;
   Lower normal{};
-  // With the loss' own curvature along each residual, kept positive: fewer
+  // With the loss's own curvature along each residual, kept positive: fewer
   // steps than with reweighting alone.
   Lower curvature{};
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
@@ -52,7 +52,8 @@ void Linearise(LossKind loss, double scale,
     const LossValue value = EvaluateLoss(loss, scale, residual.squaredNorm());
     cost += 0.5 * value.rho;
     const Eigen::Vector3d pull = J.transpose() * residual;
-    constexpr double kLeast = 0.1;  // of the weight
+    // Least curvature along the residual, as a fraction of the weight.
+    constexpr double kLeast = 0.1;
     const double bend = std::max(
         2.0 * value.second,
         (kLeast - 1.0) * value.first / std::max(residual.squaredNorm(), 1e-12));

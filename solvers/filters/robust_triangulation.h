@@ -30,10 +30,12 @@ struct RobustPoint {
 
 // The point that minimises the sum of 0.5 rho(|project(X) - u|^2 / sigma^2)
 // over the views: an M-estimator on raw pixels (Hartley and Zisserman, Multiple
-// View Geometry, appendix 6.8), by Gauss-Newton with reweighting (Holland and
-// Welsch 1977). Starts from the DLT of all views or of a pair, whichever has
-// the lowest cost (as Fischler and Bolles 1981, but with all pairs instead of
-// random ones), so that one wrong view in three does not determine the result.
+// View Geometry, appendix 6.8), by Gauss-Newton with the loss's curvature along
+// each residual, kept positive, which needs fewer steps than reweighting alone
+// (Holland and Welsch 1977). Starts from the DLT of all views or of a pair,
+// whichever has the lowest cost (as Fischler and Bolles 1981, but with all
+// pairs instead of random ones), so that one wrong view in three does not
+// determine the result.
 class RobustTriangulator {
  public:
   // Throws OptionError for bad options.
@@ -48,7 +50,8 @@ class RobustTriangulator {
   std::optional<RobustPoint> Triangulate(
       const std::vector<PixelPoint>& views) const;
 
-  // The minimum reached from `start_m`.
+  // The minimum reached from `start_m`; nullopt when it is not finite, fewer
+  // than two views support it or they leave a direction undetermined.
   std::optional<RobustPoint> TriangulateFrom(
       const Eigen::Vector3d& start_m,
       const std::vector<PixelPoint>& views) const;

@@ -31,12 +31,12 @@ Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
 // and Wahba 1979), all columns together:
 //   n sum |y - f|^2 / trace(I - A)^2,
 // with the trace from the central bands of the inverse (Hutchinson and de Hoog
-// 1985), as in Woltring's GCVSPL (1986). For cut-offs f = (lambda /
+// 1985), as in Woltring's GCVSPL (1986). For cut-offs f = (lambda
 // step)^(-1/4) / (2 pi) from 1/1000 of the mean sampling rate to twice that
 // rate: a grid in steps of a tenth of a decade of lambda, then a golden-section
-// search. The formula of the cut-off is that of densely sampled waves: at half
-// the rate the spline still passes 67 % of the fastest wave, at twice the
-// rate 99.8 %, so exact values are kept. Needs at least five values.
+// search. This formula holds for densely sampled waves: with f at half the
+// rate the spline still passes 67 % of the fastest wave, with f at twice the
+// rate 99.8 %, so that exact values are kept. Needs at least five values.
 double ChooseLambdaByGcv(const std::vector<double>& times_s,
                          const Samples& values);
 

@@ -31,17 +31,17 @@ struct FrameRecord {
 // Converts fresh detections into measurements. The sigma depends on confidence,
 // joint class and the depth of the person's initial centre; the information on
 // the time since the view's last measurement of the joint. Skips measurements
-// that are not finite, and views in which that centre is not in front of the
-// camera.
+// that are not finite, and views in which that centre is not more than
+// kNearestDepthM in front of the camera.
 class Assembler {
  public:
   // `scene` and `options` must outlive the assembler.
   Assembler(const SceneModel& scene, const GraphOptions& options);
 
-  // Appends the frame to the problem. A new state starts at the joint's initial
-  // position if that was triangulated, else at the person's centre, and at
-  // rest. The first frame creates the joints and sets their birth priors. Time
-  // must have advanced.
+  // Appends the frame to the problem. Each new state starts at the joint's
+  // initial position if that was triangulated, else at the person's centre, and
+  // at rest. The first frame creates the joints and sets their birth priors.
+  // Time must have advanced.
   FrameRecord Append(const EstimatorFrame& frame, PersonProblem* problem);
 
  private:
@@ -57,9 +57,9 @@ class Assembler {
   std::vector<TimeNs> last_measured_;
 };
 
-// Where the noise is learnt from the recording, its sigmas are multiplied by
-// this and information by its square: the curvature at small residuals is the
-// same, but a robust loss reduces weights somewhat later.
+// Where pixel noise is learnt from the recording, sigmas are multiplied by this
+// factor and the information by its square: the curvature at small residuals is
+// the same, but a robust loss reduces weights only at larger residuals.
 inline constexpr double kLearntWidening = 1.25;
 
 // Standard deviation of one coordinate of a detected joint [px]. It scales with
@@ -70,12 +70,12 @@ double PixelSigma(const GraphOptions& options, JointClass joint_class,
                   double confidence, double depth_m, double focal_px);
 
 // Factor on the information of an observation made `dt_s` after the previous
-// observation of the same joint in the same view. Detector errors are
-// correlated over correlation_time_s, and a chain of first-order correlated
-// errors carries (1 - rho) / (1 + rho), rho = exp(-dt / tau), of the
-// information of as many independent errors (variance of the mean of an AR(1)
-// process). Information per second therefore stays bounded as the frame rate
-// grows.
+// observation of the same joint in the same view (infinity: the first one).
+// Detector errors are correlated over correlation_time_s, and a chain of
+// first-order correlated errors carries (1 - rho) / (1 + rho), rho = exp(-dt /
+// tau), of the information of as many independent errors (variance of the mean
+// of an AR(1) process), multiplied here by information_scale. Information per
+// second therefore stays bounded as the frame rate grows.
 double InformationScale(const GraphOptions& options, double dt_s);
 
 // 1 / sigma [1/m] of BodyCentre in a frame `dt_s` after the one before. The

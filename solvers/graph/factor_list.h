@@ -7,8 +7,8 @@
 // A visitor is called as
 //   bool visit(const Factor& factor, const Keys<Factor::kKeys>& keys,
 //              const Robustness& robustness)
-// for each factor; returning false ends the walk. Factors are passed by value
-// and may be kept; they point into the problem.
+// for each factor; returning false ends the iteration. Factors are passed by
+// value and may be kept; they point into the problem.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 #define KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 
@@ -47,7 +47,7 @@ struct CameraView {
 
 using CameraReprojection = Reprojection<double, CameraView>;
 
-// Selects the factors to visit.
+// Selects the factors that an iteration visits.
 struct FactorWalk {
   SolveStage stage;  // the loss of reprojections
   // Only factors whose earliest state is before this frame.

@@ -14,7 +14,8 @@ namespace kinegraph {
 // Replaces the first frame of every joint by the prior on its second state that
 // follows from the first state's factors: prior, centre, measurements at their
 // weights, motion. In a coupled problem (PersonProblem::coupled) adds one prior
-// on the second states of all joints. `correction` is the InformationCorrection
+// on the second states of all joints, which replaces the joints' own priors.
+// `correction` is the InformationCorrection
 // of the loss; it only affects the prior for covariances. Needs at least two
 // frames.
 void DropFirstFrame(double correction, PersonProblem* problem);
@@ -53,7 +54,8 @@ class RowTriangle {
     ++count_;
   }
 
-  // No rows may be added afterwards.
+  // The prior that remains when the first kDropped variables are eliminated. No
+  // rows may be added afterwards.
   template <int kDropped>
   SquareRootPrior<kColumns - kDropped> Drop() {
     Reduce();

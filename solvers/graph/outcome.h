@@ -38,12 +38,14 @@ void Extend(TimeNs time, int inlier_views, JointSupport* support);
 JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s);
 
-// A final pose of the scene's joints without values for joints, weights,
-// covariances and derivatives.
+// A final pose with the frame's time, score and matches. Joints, weights and,
+// if requested, covariances and derivatives have entries but no values yet:
+// WriteJoint fills them in.
 FinalPose PoseOf(const FrameRecord& record, const SceneModel& scene,
                  bool covariances);
 
-// Writes joint `joint_idx` of the problem's frame `k` into the pose.
+// Writes joint `joint_idx`, whose chain is given, of the problem's frame `k`
+// into the pose. `covariance` [m^2]: null if there is none.
 void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
                 JointStatus status, int inlier_views,
                 const Eigen::Matrix3d* covariance, PersonPose* pose);
@@ -62,7 +64,7 @@ struct KnownBone {
 // connect the joint to a sure joint or to most of the body. A joint without a
 // covariance is kept, and so is every joint if no bone is known. Called once
 // per pose, after WriteJoint, so that every output of a track (JSON, TRC, BVH,
-// glTF, the page) is consistent.
+// glTF, the HTML page) is consistent.
 void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose);
 
 }  // namespace kinegraph

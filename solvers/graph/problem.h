@@ -90,11 +90,12 @@ struct PixelMeasurement {
   double sigma_px = 1.0;
   // sigma_px by the options' noise model, before noise is learnt.
   double model_sigma_px = 1.0;
-  double information = 1.0;  // factor after the loss
+  double information = 1.0;  // factor on the loss (Robustness)
   double offset_s = 0.0;     // capture time minus the frame's
   const Camera* camera = nullptr;
   double weight = 0.0;  // rho' at the estimate, set by the solver
-  // Natural logarithm, clamped to the trusted range.
+  // Natural logarithm of the confidence, which is clamped to
+  // GraphOptions::min_confidence .. 1.
   float log_confidence = 0.0f;
   int16_t view_slot = 0;  // index among the frame's views
   // Excluded: the current estimate has no image in this view.
@@ -204,9 +205,10 @@ struct SolveSchedule {
 };
 
 struct SolveReport {
-  bool finite = true;     // false: the start was kept; others are meaningless
+  // False: the start was kept, and the other fields are meaningless.
+  bool finite = true;
   bool converged = true;  // in the last stage
-  int iterations = 0;     // block-tridiagonal
+  int iterations = 0;     // of the block-tridiagonal solver
   int ceres_iterations = 0;
   int ceres_problems = 0;
   double cost_decrease = 0.0;  // in Ceres' last stage

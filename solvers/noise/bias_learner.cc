@@ -292,15 +292,15 @@ ViewBias BiasSeries::FitSolved(bool always) const {
   ViewBias bias = Fit(always);
   for (size_t i = 0; i < bias.joints.size(); ++i) {
     double numbers = 0.0;
-    double taken = 0.0;
+    double absorbed = 0.0;
     for (const auto& [key, block] : blocks_) {
       numbers += 2.0 * static_cast<double>(block[i].observations);
-      taken += 3.0 * static_cast<double>(block[i].looks);
+      absorbed += 3.0 * static_cast<double>(block[i].looks);
     }
     if (!(numbers > 0.0)) continue;
     // A position absorbs 3 of the 2 n numbers of n views: with two or more
     // views at least a quarter remains.
-    const double larger = numbers / (numbers - taken);
+    const double larger = numbers / (numbers - absorbed);
     for (double& coefficient : bias.joints[i].across_m) coefficient *= larger;
     for (double& coefficient : bias.joints[i].along_m) coefficient *= larger;
   }
@@ -344,18 +344,18 @@ void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
   // contain nearly all the information.
   constexpr double kPeriodS = 0.1;
   // As close to the period as the frame times permit.
-  const TimeNs look_after = FromSeconds(kPeriodS - 0.5 / frame_rate_hz);
+  const TimeNs least_step = FromSeconds(kPeriodS - 0.5 / frame_rate_hz);
   const double independent = IndependentShare(correlation, kPeriodS);
-  std::optional<TimeNs> looked;
+  std::optional<TimeNs> last_used;
   for (size_t k = 0; k < solved.times.size(); ++k) {
     const TimeNs time = solved.times[k];
-    if (looked.has_value() && time - *looked < look_after) continue;
+    if (last_used.has_value() && time - *last_used < least_step) continue;
     const auto stance = joints.StanceOf([&](int j) {
       return std::optional<Eigen::Vector3d>(
           solved.joints[j].states[k].head<3>());
     });
     if (!stance.has_value()) continue;
-    looked = time;
+    last_used = time;
     std::vector<BiasSums> sums(joints.names().size());
     for (int j = 0; j < static_cast<int>(solved.joints.size()); ++j) {
       const auto views = ViewsOf(joints, cameras, solved, k, j, *stance);

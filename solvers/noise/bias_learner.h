@@ -25,30 +25,32 @@ namespace kinegraph {
 inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
 
-// Normal equations of one joint's coefficients. With residuals r = u -
-// project(X) at the solution's positions X and directions D, whitened,
+// Normal equations of one joint's coefficients c (bias_model.h). With whitened
+// residuals r = u - project(X) at the solution's positions X, and their model D
+// c (D: the whitened derivative of a pixel by the coefficients),
 //   A = sum D' D,  g = sum D' r.
-// X is treated as known, because neighbouring frames and bones have determined
-// it with far less influence of each view's error than its own frame could. A
-// constant offset of the joint in the body lies (nearly) in the span of the
-// Jacobians J = d project / d X and is unobservable in images. Coefficients
-// must therefore not displace the joint on average: with offset = sum D' J B
-// (B: the body's axes) they satisfy offset' c = 0, i.e. they are orthogonal to
-// the coefficients of a constant offset in the recording's metric D' D. The
-// written position is that of the joint as the detector defines it.
+// X is treated as known: neighbouring frames and bones contribute to it, so a
+// view's error affects it far less than it would a point triangulated from its
+// own frame alone. A constant offset of the joint in the body lies (nearly) in
+// the span of the Jacobians J = d project / d X and is unobservable in images.
+// Coefficients must therefore not displace the joint on average: with offset =
+// sum D' J B (B: the body's axes) they satisfy offset' c = 0, i.e. they are
+// orthogonal to the coefficients of a constant offset in the recording's metric
+// D' D. A constant offset between the detector's joint and the anatomical one
+// therefore remains in the estimated position.
 struct BiasSums {
   Eigen::Matrix<double, kBiasSize, kBiasSize> A = decltype(A)::Zero();
   BiasVector g = BiasVector::Zero();
   Eigen::Matrix<double, kBiasSize, 3> offset = decltype(offset)::Zero();
   Eigen::Matrix<double, kViewFeatureCount, 1> feature_squares =  // weighted
       decltype(feature_squares)::Zero();
-  double weight = 0.0;  // sum of the squared whitening [1/m^2]
-  double square = 0.0;  // r' r
-  int64_t observations = 0;
+  double weight = 0.0;       // sum of (whitened pixels per metre)^2 [1/m^2]
+  double square = 0.0;       // r' r
+  int64_t observations = 0;  // of a joint in one view of one frame
   // Number of joints, summed over frames; each has two or more observations.
   int64_t looks = 0;
   // Equivalent number of independent observations, to be compared with the
-  // prior's: correlated errors are observed repeatedly.
+  // prior's: at most `observations`, because successive errors are correlated.
   double independent = 0.0;
   // By view, up to the last view seen: the effect S (whitened) of a one-pixel
   // shift of this camera's images.
@@ -88,14 +90,15 @@ double IndependentShare(const ErrorCorrelation& correlation, double period_s);
 // independent observations of mean weight.
 BiasVector SolveBias(const BiasSums& sums, double ridge);
 
-// Sums over segments of a recording, which alternate between its two halves.
-// For recordings of any length: if there are too many segments, neighbours are
-// merged.
+// Sums over segments (blocks) of a recording. Even and odd segments form the
+// two halves of a cross-validation. For recordings of any length: if there are
+// more than kMostBlocks segments, neighbours are merged.
 class BiasSeries {
  public:
   BiasSeries(const BiasJoints& joints, int view_count);
 
   void Add(TimeNs time, const std::vector<BiasSums>& sums);
+  // `azimuth` [rad] of the camera around the body, -pi .. pi.
   void AddAzimuth(int view_idx, double azimuth);
   // Adds another person's sums, which must have as many joints and views.
   void Add(const BiasSeries& other);
@@ -107,9 +110,10 @@ class BiasSeries {
   void RemoveShifts();
 
   // A joint is used if cameras have seen people from enough sides and, unless
-  // `always`, if it was seen in at least six segments and the gain of the
-  // halves' coefficients, each on the other half, exceeds one per cent and is
-  // significantly positive (97.5 % confidence, over segments).
+  // `always`, if it was seen in at least six segments and the gain (the share
+  // of the squared residuals that the coefficients of one half explain in the
+  // other) exceeds one per cent and is significantly positive (97.5 %
+  // confidence, over segments).
   ViewBias Fit(bool always) const;
   // Fit() for positions that were solved from the same views and have absorbed
   // part of the bias: a bias is too persistent for neighbouring frames to
@@ -122,8 +126,8 @@ class BiasSeries {
   static constexpr size_t kMostBlocks = 32;
   static constexpr int kSectors = 24;
   void JoinNeighbours();
-  // For each camera that has seen people, the number of sectors in which it has
-  // seen them more than a few times; each of weight 1.
+  // For each camera that has seen people, the number of sectors of azimuth that
+  // contain more than a tenth of a sector's mean count; each of weight 1.
   std::vector<WeightedValue> SectorsSeen() const;
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 
@@ -142,8 +146,9 @@ void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
                       double frame_rate_hz, const ErrorCorrelation& correlation,
                       const PersonProblem& solved, BiasSeries* series);
 
-// Writes a bias to the pixels of a recording whose triangulated joints are at
-// their states; `bias` may have other joints than `joints`.
+// Writes `bias` to the measurements (bias_px) of a recording that has not been
+// solved yet: the states of triangulated joints are their triangulated
+// positions. `bias` may have other joints than `joints`.
 void WriteBias(const BiasJoints& joints, const ViewBias& bias,
                const std::vector<FrameRecord>& records,
                PersonProblem* recording);

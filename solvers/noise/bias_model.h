@@ -1,14 +1,17 @@
-// Defines ViewBias, the detector's bias as a function of the viewing direction.
+// The model behind ViewBias (core/data/view_bias.h): the detector's bias as a
+// function of the viewing direction. The detected pixel of joint X is
 //
 //   u = project(X) + (f / z) (s b_across e_across + b_along e_along)
 //   b = C [1, cos p, sin p, cos 2p, sin 2p, cos 3p, sin 3p, e, e cos p, e sin
 //   p]
 //
-// p: azimuth of the camera in the body's frame, positive towards the joint's
-// side; e: the component along the trunk of the direction to the camera.
-// e_along is the image of the trunk's direction, e_across is perpendicular to
-// it; s is -1 for joints of the right side, so that left and right share
-// coefficients C [m].
+// f / z: focal length [px] over depth [m]. p: azimuth of the camera in the
+// body's frame, positive towards the joint's side; e: the component along the
+// trunk of the unit vector from the joint to the camera. e_along is the unit
+// vector along the trunk's image, e_across is perpendicular to it; s is -1 for
+// joints of the right side and 1 for all others, so that left and right share
+// the coefficients C [m], 2x10: rows across and along. Joints of the head use
+// the head's axes instead of the trunk's.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 
@@ -47,7 +50,9 @@ class BiasJoints {
 
   // Names without side, in the order of their first joints.
   const std::vector<std::string>& names() const { return names_; }
+  // Index of the joint's name in names().
   int IndexOf(int joint_idx) const { return index_[joint_idx]; }
+  // -1 for joints of the right side, 1 for all others.
   double SideOf(int joint_idx) const { return side_[joint_idx]; }
   bool OnHead(int joint_idx) const { return on_head_[joint_idx]; }
   // One per name.

@@ -1,5 +1,5 @@
-// Observations of a skeleton's bones from the views of single frames, without a
-// motion prior.
+// Observations ("looks") of a skeleton's bones, each from the views of a single
+// frame, without a motion prior.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
 #define KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
 
@@ -44,8 +44,9 @@ struct BoneEnd {
   double averaged_frames = 1.0;
 };
 
-// By joint; nullopt if fewer than two views have sufficient weight (at least
-// `inlier_weight` at the estimate) or if they leave a direction undetermined.
+// One entry per joint; nullopt if fewer than two views have sufficient weight
+// (at least `inlier_weight` at the estimate) or if they leave a direction
+// undetermined.
 // `interval_s`: time between frames.
 std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
                                                    size_t frame_idx,
@@ -63,7 +64,7 @@ struct BoneObservation {
   // square. The bone's direction is taken from the estimate: in a single frame,
   // noise rotates the bone towards the direction of largest noise, so that
   // observations that are too long would be assigned large noise, and the mean
-  // of the others would be too short.
+  // of the remaining ones would be too short.
   double added_m = 0.0;
   double variance_m2 = 0.0;
   double noise_m2 = 0.0;

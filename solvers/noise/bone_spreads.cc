@@ -407,7 +407,7 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
   BoneEstimate estimate;
   estimate.length_m = sum / information;
   estimate.length_sigma_m = std::sqrt(1.0 / information);
-  // If neither side was seen, the length may vary as in the population.
+  // If neither side was seen, only the population's uncertainty applies.
   const Summary* seen = own.known ? &own : mirror;
   if (seen != nullptr) {
     SetSpread(*seen, &estimate);

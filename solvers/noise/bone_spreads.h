@@ -59,8 +59,8 @@ class BoneSpreads {
   const std::vector<Bone>& bones() const { return bones_; }
 
   // Sets the correlation of the detector's errors, and the time between frames.
-  // Errors that do not average out over the observations increase the
-  // uncertainty of the length.
+  // Errors that last so long that they do not average out over the observations
+  // increase the uncertainty of the length.
   void SetLasting(const ErrorCorrelation& lasting, double frame_s) {
     lasting_ = lasting;
     frame_s_ = frame_s;
@@ -169,7 +169,8 @@ class BoneLengths {
 
  private:
   static constexpr double kBin = 0.002;  // m
-  // Up to 4 m: a subject of two joints is scaled to 1.7 m.
+  // Up to 4 m: subjects other than people are scaled to 1.7 m, which is the
+  // length of the only bone of a subject of two joints.
   static constexpr int kBinCount = 2000;
 
   // Distances of a bone and the same bone on the other side.
@@ -187,8 +188,8 @@ class BoneLengths {
 
 // The bones of one person according to the options: with length and variability
 // as observed in the recording, or with median lengths and one common
-// variability. Learnt from estimates without bone constraints, because these
-// would reproduce the assumed lengths.
+// variability. Learnt from estimates without bone constraints, because
+// constraints would reproduce the assumed lengths.
 class PersonBones {
  public:
   // `options` must outlive this object.
@@ -198,8 +199,9 @@ class PersonBones {
   void SetLasting(const ErrorCorrelation& lasting);
   // Adds frame `k` of the solved problem.
   void AddFrame(const PersonProblem& problem, size_t k);
-  // Constraints for all bones that are known, do not vary too much and have
-  // both ends `placed` (by joint).
+  // Constraints for all bones whose length is known and does not vary too much
+  // (BoneEstimate::gives_way) and whose ends are both `placed`: by joint,
+  // whether views determine its position.
   std::vector<BoneConstraint> Constraints(
       const std::vector<bool>& placed, BoneUse use = BoneUse::kEstimate) const;
 

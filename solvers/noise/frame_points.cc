@@ -229,7 +229,7 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   anywhere.require_in_front = false;
   const TriangulationResult dlt = TriangulateDlt(ideal_, anywhere);
   if (!dlt.ok()) return false;
-  // A view with the point behind it carries no information about noise.
+  // A view in which the point has no image carries no information about noise.
   for (size_t v = views_.size(); v-- > 0;) {
     if (views_[v].camera->Project(dlt.point_m).has_value()) continue;
     views_.erase(views_.begin() + v);

@@ -93,7 +93,7 @@ class FrameTriangulator {
   // of their camera.
   explicit FrameTriangulator(const CameraRig& cameras);
 
-  // Applied to modelled sigmas from the next frame loaded.
+  // The weighting is applied to modelled sigmas from the next loaded frame on.
   void set_weighting(const ConfidenceWeighting& weighting) {
     weighting_ = weighting;
   }

@@ -95,8 +95,8 @@ class CovarianceFactorTable {
   std::vector<Knot> knots_;
 };
 
-// The process noise [m^2/s^3] with its crossover w_c, as above, at
-// `frequency_hz`. A smoother with less process noise passes only lower
+// The process noise [m^2/s^3] whose crossover w_c (see InformationDivisor) lies
+// at `frequency_hz`. A smoother with less process noise passes only lower
 // frequencies.
 double ProcessNoiseOfCrossover(const ErrorCorrelation& correlation,
                                double frame_s, double variance_m2,

@@ -17,8 +17,10 @@
 
 namespace kinegraph {
 
-// Levels of process noise, the same factors for every class of joint.
+// Process noise has this many levels: factors of the typical power, the same
+// for every class of joint.
 inline constexpr int kLevelCount = 10;
+// One number per level, e.g. its log-evidence.
 using Levels = std::array<double, kLevelCount>;
 
 // Typical power of the white noise on acceleration [m^2/s^3]: medians over

@@ -34,6 +34,7 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
   if (options_.pixel_noise_from == NoiseFrom::kRecording) {
     correlation_ = correlations_.Fit();
   } else if (options_.correlation_time_s > 0.0) {
+    // The share of CorrelationLearner's prior.
     correlation_ = {0.9, options_.correlation_time_s};
   }
 }

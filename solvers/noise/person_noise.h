@@ -64,17 +64,18 @@ class PersonNoise {
   void Apply(PersonProblem* problem);
   // Moves out the noise applied to a whole recording.
   AppliedNoise ExtractApplied();
-  // Instead of learning, adopts `noise` of the same person, whose frame
-  // frame_of[k] is at times[k].
+  // Instead of learning, adopts the `noise` that an earlier pass learnt for the
+  // same person: frame k, at times[k], has the noise of frame frame_of[k].
   void Adopt(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
              const std::vector<TimeNs>& times);
-  // Learns the motion in frames begin .. end - 1 again, from frames from .. to
-  // - 1 around them; everything else adopted is unchanged.
+  // After Adopt: learns the motion in frames begin .. end - 1 again, from the
+  // surrounding frames from .. to - 1; all other adopted noise is unchanged.
   void LearnMotionAgain(const PersonProblem& recording, size_t from, size_t to,
                         size_t begin, size_t end);
 
-  // Factor of the covariance of a joint in a frame known to Apply. If the joint
-  // is not `observed`, the learnt ratios of noise and lag are not applied.
+  // Factor by which to multiply the solver's covariance of a joint in frame `k`
+  // of the problem last passed to Apply. If the joint is not `observed`, the
+  // learnt ratios of noise and lag are not applied.
   double CovarianceFactorOf(int joint_idx, size_t k, bool observed);
 
   LearntNoise Learnt() const;
@@ -119,7 +120,7 @@ class PersonNoise {
   // frames, [frame][joint] in a row. Otherwise empty.
   std::vector<FrameTriangulator::Start> starts_;
   ConfidenceLearner confidences_;
-  bool knows_confidences_ = false;  // whether confidences are learnt
+  bool knows_confidences_ = false;  // whether their weighting is final
   NoiseScales scales_;
   CorrelationLearner correlations_;
   const MotionGroups groups_;
@@ -128,7 +129,7 @@ class PersonNoise {
   std::optional<CovarianceFactorTable> covariance_factors_;
   std::vector<FilterBank> banks_;         // by joint
   std::vector<double> last_variance_m2_;  // by joint
-  bool taken_over_ = false;  // adopted, so Apply recomputes nothing
+  bool taken_over_ = false;  // adopted: Apply keeps the process noise
   AppliedNoise::ByClass by_class_;
   std::vector<Frame> frames_;
   // For a whole recording, until its lag is known: triangulated points and the
@@ -148,6 +149,7 @@ class PersonNoise {
   std::vector<LevelChain::Vector> belief_;
   TimeNs belief_time_ = 0;
   std::vector<LevelChain> chains_;  // by class, at the recording's level
+  // Process noise of any frame interval so far [m^2/s^3], by class; 0: none.
   std::array<double, kJointClassCount> least_{};
   std::array<double, kJointClassCount> greatest_{};
 };

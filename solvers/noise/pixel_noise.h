@@ -76,8 +76,8 @@ class CorrelationLearner {
  public:
   CorrelationLearner(int joint_count, int view_count, double frame_rate_hz);
 
-  // Adds the next frame of a joint; `scale` is the factor of its sigma. Times
-  // of a joint must ascend.
+  // Adds the next frame of a joint; `scale` is the factor of its modelled
+  // sigma. Times of a joint must ascend.
   void Add(int joint_idx, TimeNs time, double scale,
            const TriangulationResiduals& residuals);
 

@@ -53,8 +53,9 @@ class RecordingNotes {
   // not needed.
   std::shared_ptr<BiasSeries> NewSeries(const BiasJoints& joints,
                                         int view_count);
-  // Stores, returns and removes people of the previous pass whose solutions are
-  // still valid.
+  // Keep() stores a person solved in this pass. SolvedPeople() returns, and
+  // Forget() removes, those of the previous pass whose solutions are still
+  // valid.
   void Keep(std::shared_ptr<const SolvedPerson> person);
   std::vector<std::shared_ptr<const SolvedPerson>> SolvedPeople() const;
   void Forget(const SolvedPerson* person);

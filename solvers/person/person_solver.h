@@ -30,8 +30,8 @@ class PersonSolver {
 
   // The schedule that the options define.
   const SolveSchedule& schedule() const { return schedule_; }
-  // InformationCorrection of its last loss (times kLearntWidening in scale if
-  // pixel noise is learnt).
+  // InformationCorrection of the schedule's last loss, with its scale times
+  // kLearntWidening if pixel noise is learnt.
   double correction() const { return correction_; }
 
   // Gates the measurements at the joints' states and runs `schedule` for each
@@ -47,8 +47,8 @@ class PersonSolver {
 
   // With graph.solver = "ceres": solves the whole problem, including the user's
   // factors, to convergence under the last stage's loss. Without a finite
-  // result, the start is kept; with graph.start = "dlt", where it is without
-  // bones, the problem's bones are dropped.
+  // result, the start is kept; with graph.start = "dlt", where the start was
+  // found without bones, the problem's bones are dropped.
   void Refine(PersonProblem* problem);
 
   // SolveJoints with the schedule of the options, and Refine. With graph.start
@@ -61,7 +61,8 @@ class PersonSolver {
   std::vector<std::vector<Matrix6d>> BoneCovariances(
       const PersonProblem& problem, size_t frame_end);
 
-  // Covariances of the same frames, ignoring couplings between the joints.
+  // Covariances of the frames before `frame_end`, ignoring couplings between
+  // the joints; [joint][frame], empty for a joint where they are undefined.
   std::vector<std::vector<Matrix6d>> JointCovariances(
       const PersonProblem& problem, double correction, size_t frame_end);
 

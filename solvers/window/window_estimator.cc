@@ -115,7 +115,8 @@ class WindowEstimator final : public Estimator {
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
   size_t newest() const { return records_.size() - 1; }
-  // After solve_every_ frames, or as long where frames are absent.
+  // After solve_every_ frames, or after their duration where frames are
+  // missing.
   bool IsDue() const {
     if (unsolved_ >= solve_every_) return true;
     const double frames = static_cast<double>(solve_every_) - 0.5;
@@ -138,8 +139,8 @@ class WindowEstimator final : public Estimator {
 
   // A new state starts where the frame's own views triangulate the joint, else
   // at the prediction, with the previous velocity. A joint that was missing in
-  // the last frame but is triangulated in this one starts there at rest.
-  // Returns these joints.
+  // the last frame but is triangulated in this one starts there at rest;
+  // returns which joints these are.
   std::vector<bool> StartNewStates() {
     std::vector<bool> placed_anew(joint_count(), false);
     if (records_.size() < 2) return placed_anew;
@@ -159,6 +160,7 @@ class WindowEstimator final : public Estimator {
     return placed_anew;
   }
 
+  // Sets all states of these joints in the window to their newest one.
   void PlaceAnew(const std::vector<bool>& joints) {
     for (int j = 0; j < joint_count(); ++j) {
       if (!joints[j]) continue;

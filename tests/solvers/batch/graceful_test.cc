@@ -99,14 +99,14 @@ class Graceful : public ::testing::TestWithParam<std::tuple<bool, Kind>> {
   SimulatedRecording recording_;
 };
 
-TEST_P(Graceful, OneCamera) {
+TEST_P(Graceful, OneCameraLeavesAllJointsMissing) {
   Make(40);
   KeepCameras(1);
   const auto finals = Run();
   EXPECT_EQ(Count(finals, JointStatus::kMissing), 120);
 }
 
-TEST_P(Graceful, TwoCameras) {
+TEST_P(Graceful, TwoCamerasSuffice) {
   Make(40);
   KeepCameras(2);
   const auto finals = Run();
@@ -114,7 +114,7 @@ TEST_P(Graceful, TwoCameras) {
   EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals), 0.06);
 }
 
-TEST_P(Graceful, OnlyTheFirstFrameHasViews) {
+TEST_P(Graceful, JointsSeenOnlyInTheFirstFrameAreBridgedBriefly) {
   Make(1);
   Run();
   Make(20);
@@ -125,13 +125,13 @@ TEST_P(Graceful, OnlyTheFirstFrameHasViews) {
   EXPECT_EQ(finals[19].person.joints[0].status, JointStatus::kMissing);
 }
 
-TEST_P(Graceful, NoDetectionAtAll) {
+TEST_P(Graceful, WithoutDetectionsAllJointsAreMissing) {
   Make(20);
   for (EstimatorFrame& frame : recording_.frames) frame.views.clear();
   EXPECT_EQ(Count(Run(), JointStatus::kMissing), 60);
 }
 
-TEST_P(Graceful, NoInitialPoseAtAll) {
+TEST_P(Graceful, FindsTheMotionWithoutInitialPoses) {
   Make(20);
   for (EstimatorFrame& frame : recording_.frames) {
     frame.has_initial = false;
@@ -141,7 +141,7 @@ TEST_P(Graceful, NoInitialPoseAtAll) {
   EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals), 0.1);
 }
 
-TEST_P(Graceful, PersonLeavesAndReturns) {
+TEST_P(Graceful, AbsentPersonIsMissingExceptNearObservations) {
   Make(100);
   for (size_t k = 30; k < 70; ++k) {
     recording_.frames[k].views.clear();
@@ -165,7 +165,7 @@ TEST_P(Graceful, PersonLeavesAndReturns) {
   EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals, 75), 0.05);
 }
 
-TEST_P(Graceful, OneCameraRotatedByThreeDegrees) {
+TEST_P(Graceful, CameraRotatedByThreeDegreesLosesItsWeight) {
   Make(80);
   const double clean_m = testing::RootMeanSquare(recording_.truth, Run());
   CameraParameters turned = scene_.cameras[1].parameters();
@@ -189,7 +189,7 @@ TEST_P(Graceful, OneCameraRotatedByThreeDegrees) {
   EXPECT_LT(weight / count, 0.25);
 }
 
-TEST_P(Graceful, AllDetectionsAreOutliers) {
+TEST_P(Graceful, OutliersAloneAreSeldomObserved) {
   SimulatedNoise noise;
   noise.outliers = 1.0;
   noise.outlier_low_px = 100.0;
@@ -200,7 +200,7 @@ TEST_P(Graceful, AllDetectionsAreOutliers) {
   EXPECT_LT(Count(finals, JointStatus::kObserved), 60);
 }
 
-TEST_P(Graceful, NonFiniteAndHugeNumbers) {
+TEST_P(Graceful, NonFiniteAndHugeNumbersGiveSoundPoses) {
   Make(30);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
@@ -217,7 +217,7 @@ TEST_P(Graceful, NonFiniteAndHugeNumbers) {
   Run();
 }
 
-TEST_P(Graceful, InitialPosesWithLargeErrors) {
+TEST_P(Graceful, RecoversFromInitialPosesWithLargeErrors) {
   Make(60);
   Random random(42);
   for (EstimatorFrame& frame : recording_.frames) {
@@ -259,7 +259,7 @@ class WarningCounter final : public google::LogSink {
 
 class GracefulOptions : public ::testing::TestWithParam<Kind> {};
 
-TEST_P(GracefulOptions, TooFewIterationsToConverge) {
+TEST_P(GracefulOptions, TooFewIterationsGiveFinitePosesAndOneWarning) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
   GraphOptions options = OptionsOf(GetParam());

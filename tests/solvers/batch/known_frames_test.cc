@@ -74,13 +74,13 @@ class KnownFramesTest : public ::testing::Test {
 TEST_F(KnownFramesTest, UnchangedMatchesAreNotSolvedAgain) {
   const Run alone = Pass(recording_.frames, nullptr);
   EXPECT_GT(alone.counts.solves, 0);
-  // The order of views, which the tracker passes by their first match, does not
-  // matter.
-  std::vector<EstimatorFrame> turned = recording_.frames;
-  for (EstimatorFrame& frame : turned) {
+  // The order of views, which in the tracker is that of their first match, does
+  // not matter.
+  std::vector<EstimatorFrame> reordered = recording_.frames;
+  for (EstimatorFrame& frame : reordered) {
     std::reverse(frame.views.begin(), frame.views.end());
   }
-  for (const auto& frames : {recording_.frames, turned}) {
+  for (const auto& frames : {recording_.frames, reordered}) {
     const Run second = SecondPass(frames);
     EXPECT_EQ(second.counts.solves, 0);
     ASSERT_EQ(second.finals.size(), kFrames);
@@ -101,7 +101,7 @@ TEST_F(KnownFramesTest, FramesNearAChangedMatchAreSolvedAgain) {
   EXPECT_GT(second.counts.solves, 0);
   EXPECT_LT(second.counts.sweep_iterations, alone.counts.sweep_iterations);
   // Noise and bones learnt from the first pass differ by one of 2000 views,
-  // which moves a joint by less than a hundredth of the detector's error, 15
+  // which moves a joint by less than a hundredth of the detector's error of 15
   // mm.
   for (size_t k = 0; k < kFrames; ++k) {
     EXPECT_LT(Apart(alone.finals, second.finals, k), 1.5e-4) << k;
@@ -127,8 +127,8 @@ TEST_F(KnownFramesTest, AppendedFrameIsSolvedWithItsNeighbours) {
   const Run alone = Pass(recording_.frames, nullptr);
   ASSERT_EQ(second.finals.size(), kFrames);
   EXPECT_LT(second.counts.sweep_iterations, alone.counts.sweep_iterations);
-  // Five additional matches, each of which moves a joint by less than 1.5e-4
-  // (see above).
+  // Five additional matches, each of which moves a joint by less than 0.15 mm
+  // (FramesNearAChangedMatchAreSolvedAgain).
   for (size_t k = 0; k < kFrames; ++k) {
     EXPECT_LT(Apart(alone.finals, second.finals, k), 7.5e-4) << k;
   }

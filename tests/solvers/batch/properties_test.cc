@@ -301,10 +301,10 @@ Estimate EstimateBackwards(const World& world,
 }
 
 TEST_P(PropertiesTest, ReversedTimeGivesTheReversedMotion) {
-  // The motion's noise is learnt by filters that run forward
-  // (solvers/noise/motion_level.h): it differs by a few per cent between the
-  // two directions, and a sigma with an error of 5 % moves a joint by 5 % of
-  // its deviation of 10 to 20 mm from the prediction.
+  // The learnt process noise differs by less than a tenth between the two
+  // directions (person_noise_test.cc), and its square root by less than 5 %. A
+  // sigma with an error of 5 % moves a joint by 5 % of its deviation of 10 to
+  // 20 mm from the prediction.
   constexpr double kMotionLearntBackwardsMetres = 1e-3;
   EXPECT_LT(FarthestJoint(estimate_, EstimateBackwards(world_, GraphMode())),
             kMotionLearntBackwardsMetres);

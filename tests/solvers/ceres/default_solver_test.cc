@@ -1,4 +1,5 @@
-// Checks by the counts of solves which solver a default run uses.
+// Checks by the counts of solves which solver a default run uses. Sweeps are
+// the iterations of the block-tridiagonal solver.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -84,7 +85,7 @@ TEST_F(DefaultSolverTest, BlockTridiagonalBuildsNoCeresProblem) {
   options.solver = GraphSolver::kBlockTridiagonal;
   const SolveCounts counts = Run(false, 30, options);
   EXPECT_EQ(counts.ceres_problems, 0);
-  EXPECT_EQ(counts.solves, 30 * 3);
+  EXPECT_EQ(counts.solves, 30 * 3);  // three joints, each solved separately
 }
 
 TEST_F(DefaultSolverTest, SolvesThatDoNotConvergeAreReported) {
@@ -98,7 +99,8 @@ TEST_F(DefaultSolverTest, SolvesThatDoNotConvergeAreReported) {
             std::string::npos);
 }
 
-// Sweeps that only start Ceres are not solves, and fail with every joint here.
+// Block-tridiagonal solves that only provide Ceres' start are not counted, nor
+// are their failures, of which there is one for every joint here.
 TEST_F(DefaultSolverTest, NoMoreFailuresThanSolves) {
   GraphOptions options;
   options.loss_scale = 1e300;

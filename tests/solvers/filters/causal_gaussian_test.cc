@@ -164,7 +164,7 @@ TEST_F(CausalGaussianTest, EachUpdateDropsAtMostOneOldPose) {
   EXPECT_NEAR(estimator->Last()[0].position_m.x(), w[0] + w[1] * at_ten, 1e-12);
 }
 
-TEST_F(CausalGaussianTest, AnUnseenJointIsHeldThenFollowsTheBody) {
+TEST_F(CausalGaussianTest, AnUnseenJointKeepsItsVelocityThenFollowsTheBody) {
   CausalGaussianOptions options;
   options.smooth = false;
   options.hold_frames = 3.0;

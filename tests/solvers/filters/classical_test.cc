@@ -311,7 +311,7 @@ TEST(ButterworthTest, ResidualAnalysisMatchesScipy) {
   EXPECT_EQ(chosen.positions_m, low_pass.filter(chosen.cutoffs_hz[0], values));
 }
 
-TEST(ButterworthTest, StraightLinesAndShortSignalsAreUnchanged) {
+TEST(ButterworthTest, ConstantsAndLongStraightLinesAreUnchanged) {
   // Odd reflection continues a line, so the ends do not bend; signals shorter
   // than the padding use all available samples.
   for (const int count : {1, 2, 3, 9, 10, 50}) {
@@ -321,8 +321,9 @@ TEST(ButterworthTest, StraightLinesAndShortSignalsAreUnchanged) {
     ASSERT_EQ(filtered.rows(), count);
     EXPECT_TRUE(filtered.allFinite());
     EXPECT_NEAR((filtered.col(1).array() + 3.0).abs().maxCoeff(), 0.0, 1e-14);
-    // A pass starts at rest, a line does not: the resulting bend decays within
-    // the padding of 9; with poles of modulus 0.4 to 0.4^9 = 3e-4.
+    // A pass starts in the steady state of a constant, not of a line: the
+    // resulting bend decays within the padding of 9 values, with poles of
+    // modulus 0.4 to 0.4^9 = 3e-4.
     if (count < 10) continue;
     EXPECT_LT((filtered - values).cwiseAbs().maxCoeff(), 1e-3) << count;
   }

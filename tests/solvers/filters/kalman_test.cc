@@ -213,6 +213,7 @@ TEST(KalmanTest, OptionsChooseModelAndNoise) {
   options.process_noise_scale = 2.0;
   PointModel model = ModelOf(options, JointClass::kWrist);
   EXPECT_EQ(model.derivatives, 3);
+  // 25 / s^2 times the wrist's default of 6 m^2/s^3, times the scale of 2.
   EXPECT_EQ(model.power, 300.0);
   EXPECT_EQ(RtsPointSmoother(options)(segment).positions_m,
             RtsSmoother(model, segment).positions_m);

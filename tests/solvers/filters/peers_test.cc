@@ -80,8 +80,9 @@ class PeersTest : public ::testing::Test {
     for (int k = 0; k < kFrames; ++k) times_s_.push_back(k / kRate_hz);
   }
 
-  // Sorted absolute differences [m] between the filtered points and the peer's
-  // file, over all joints and coordinates, without `trim` frames at either end.
+  // Sorted absolute differences [m] between the filtered points and
+  // Pose2Sim's, over all joints and coordinates, without `trim` frames at
+  // either end.
   template <typename Filter>
   std::vector<double> Differences(const std::string& folder,
                                   const std::string& peer, int trim,

@@ -51,7 +51,7 @@ TEST(InformationScale, FollowsTheCorrelationOfErrors) {
   EXPECT_DOUBLE_EQ(InformationScale(options, 0.04), 1.5);
 }
 
-TEST(NoiseScale, MedianAndTrimmedMeanIgnoreOutliers) {
+TEST(NoiseScale, IsRecoveredDespiteOutliers) {
   Random random(71);
   for (const double scale : {0.5, 1.0, 2.0}) {
     std::vector<double> squares;

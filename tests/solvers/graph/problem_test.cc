@@ -136,9 +136,10 @@ class SumFactor : public GeneralFactor {
   int states_;
 };
 
-UserFactor FactorOn(std::vector<UserState> states, int takes) {
+// `state_count`: the number of states that the factor itself depends on.
+UserFactor FactorOn(std::vector<UserState> states, int state_count) {
   UserFactor factor;
-  factor.factor = std::make_shared<SumFactor>(takes);
+  factor.factor = std::make_shared<SumFactor>(state_count);
   factor.states = std::move(states);
   factor.loss = LossKind::kCauchy;
   factor.loss_scale = 2.0;
@@ -199,7 +200,7 @@ TEST(LineariseGeneral, ScalesRowsByTheRootOfTheWeight) {
   const PlacedFactor placed = Placed(FactorOn({{2, 0}, {1, 1}}, 2), true, 1)[0];
   GeneralRows rows;
   ASSERT_TRUE(LineariseGeneral(placed, problem, &rows));
-  // The residual is 2, as large as the loss' scale: Cauchy's weight is a half.
+  // The residual is 2, as large as the loss's scale: Cauchy's weight is a half.
   const double root = std::sqrt(0.5);
   EXPECT_DOUBLE_EQ(rows.residual[0], 2.0 * root);
   for (const auto& by_state : rows.by_states) {

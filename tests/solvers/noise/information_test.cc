@@ -103,8 +103,9 @@ TEST(InformationTest, TableInterpolatesTheCovarianceFactor) {
       }
     }
   }
-  // The error of cubic interpolation with a step of 1/8 is (1/8)^4 times the
-  // fourth derivative, which is below 1 away from the kink.
+  // The error of cubic interpolation with a step of 1/8 is at most 3/128
+  // (1/8)^4 = 6e-6 times the fourth derivative, which is below 1 away from the
+  // kink.
   EXPECT_LT(farthest, 1e-4);
 }
 
@@ -134,7 +135,7 @@ const double kLagProcessNoise = kVarianceM2 * kFrameS * std::pow(kCrossover, 4);
 constexpr int kLagFrames = 6000;
 
 // The ratios learnt from points of `motion`, called once per frame, with errors
-// of the given correlation.
+// of the given correlation and `off` times the stated standard deviation.
 LagLearner::Ratios RatiosOf(const std::function<Vector3d(double)>& motion,
                             const ErrorCorrelation& correlation,
                             int frames = kLagFrames, double off = 1.0) {

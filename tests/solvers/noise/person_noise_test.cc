@@ -25,7 +25,8 @@ class PersonNoiseTest : public ::testing::Test {
   }
 
   // A recording of 20 s whose motion is drawn from the prior.
-  SimulatedRecording Take(const SimulatedNoise& noise, double process_noise) {
+  SimulatedRecording RecordingFromPrior(const SimulatedNoise& noise,
+                                        double process_noise) {
     GraphOptions drawn = testing::FixedNoise();
     drawn.process_noise.fill(process_noise);
     // Slow enough to stay in front of the cameras for 20 s.
@@ -85,7 +86,7 @@ TEST_F(PersonNoiseTest, EstimatesTheSimulatedNoise) {
   noise.outliers = 0.03;
   noise.missing = 0.05;
   constexpr double kProcessNoise = 2e-4;  // slow, so it stays in the room
-  const SimulatedRecording recording = Take(noise, kProcessNoise);
+  const SimulatedRecording recording = RecordingFromPrior(noise, kProcessNoise);
   const auto elbow = static_cast<size_t>(JointClass::kElbow);
   for (const bool causal : {false, true}) {
     const LearntNoise learnt = Learn(recording, causal);
@@ -111,7 +112,8 @@ TEST_F(PersonNoiseTest, EstimatesTheSimulatedNoise) {
 }
 
 TEST_F(PersonNoiseTest, PixelAndProcessNoiseCanBeFixedSeparately) {
-  const SimulatedRecording recording = Take(SimulatedNoise(), 2e-4);
+  const SimulatedRecording recording =
+      RecordingFromPrior(SimulatedNoise(), 2e-4);
   const JointChain given =
       testing::Assemble(scene_, options_, recording.frames).joints[1];
   options_.pixel_noise_from = NoiseFrom::kFixed;
@@ -208,11 +210,12 @@ TEST_F(PersonNoiseTest, FollowsAgreeingViewsAfterALongRest) {
 }
 
 // Frames after and before a frame are equally informative, so the reversed
-// recording has the same process noise, reversed. The pairs of frames that
-// determine the correlation depend on the first frame, which causes differences
-// of a few per cent; a filter in one direction only would differ by a half.
+// recording has the same process noise, reversed, up to small differences such
+// as the rounding of points that only the backward filters use. A filter in one
+// direction only would differ by a half.
 TEST_F(PersonNoiseTest, ReversedRecordingHasTheReversedProcessNoise) {
-  const SimulatedRecording recording = Take(SimulatedNoise(), 2.0);
+  const SimulatedRecording recording =
+      RecordingFromPrior(SimulatedNoise(), 2.0);
   const auto process_noise = [&](std::vector<EstimatorFrame> frames) {
     for (size_t k = 0; k < frames.size(); ++k) {
       frames[k].frame = recording.frames[k].frame;
@@ -315,8 +318,8 @@ TEST_F(PersonNoiseTest, LargePixelNoiseHidesWhetherAJointRests) {
   // two of which have about the typical level.
   EXPECT_GT(least_of_shoulder(true, 2.0), 0.25 * usual);
   EXPECT_LT(least_of_shoulder(false, 2.0), 4.0 * still);
-  // With 0.6 px, or 2.4 mm, it corresponds to 2.5e-3 m^2/s^3, less than the
-  // process noise of the stiffest filter.
+  // With 0.6 px, or 2.4 mm, this crossover corresponds to 2.5e-3 m^2/s^3, less
+  // than the process noise of the stiffest filter.
   EXPECT_LT(least_of_shoulder(true, 0.1), 2.0 * still);
 }
 

@@ -33,7 +33,7 @@ class ViewBiasTest : public ::testing::Test {
         skeleton_(Coco17()),
         joints_(skeleton_),
         hip_(skeleton_.IndexOf("l_hip")),
-        line_(static_cast<size_t>(joints_.IndexOf(hip_))),
+        entry_(static_cast<size_t>(joints_.IndexOf(hip_))),
         classes_(joints_.classes()) {}
 
   static BodyStance StanceAt(double heading) {
@@ -110,7 +110,7 @@ class ViewBiasTest : public ::testing::Test {
   Skeleton skeleton_;
   BiasJoints joints_;
   int hip_;
-  size_t line_;
+  size_t entry_;  // of the hip in ViewBias::joints
   std::vector<JointClass> classes_;
 };
 
@@ -118,7 +118,7 @@ TEST_F(ViewBiasTest, EstimatesTheSimulatedBias) {
   BodyRecording recording;
   recording.bias = TwiceAround();
   const ViewBias learnt = Learn(recording, false);
-  const ViewBias::OfJoint& hip = learnt.joints[line_];
+  const ViewBias::OfJoint& hip = learnt.joints[entry_];
   EXPECT_EQ(hip.joint, "hip");
   EXPECT_EQ(hip.observations, 3000);
   EXPECT_TRUE(hip.used);
@@ -137,7 +137,7 @@ TEST_F(ViewBiasTest, EstimatesTheSimulatedBias) {
 
 TEST_F(ViewBiasTest, LearnsNoBiasFromAnUnbiasedDetector) {
   const ViewBias learnt = Learn(BodyRecording(), false);
-  EXPECT_FALSE(learnt.joints[line_].used);
+  EXPECT_FALSE(learnt.joints[entry_].used);
   EXPECT_TRUE(learnt.empty());
 }
 
@@ -147,7 +147,7 @@ TEST_F(ViewBiasTest, BodyFixedOffsetIsNotLearntAsBias) {
   BodyRecording recording;
   recording.offset_m = {0.02, -0.03, 0.03};
   const ViewBias learnt = Learn(recording, true);
-  const ViewBias::OfJoint& hip = learnt.joints[line_];
+  const ViewBias::OfJoint& hip = learnt.joints[entry_];
   EXPECT_TRUE(hip.used);
   double worst = 0.0;
   for (int k = 0; k < 36; ++k) {
@@ -222,9 +222,9 @@ TEST_F(ViewBiasTest, RecoversTheBiasAtKnownPositions) {
   EXPECT_NEAR(sums.independent, 0.1 * 3000.0, 1e-9);
   // The ridge of one observation, compared with 300 with a mean square of 0.5,
   // biases by less than 1 % of 2 cm; the tolerance is twice that.
-  const auto told = SolveBias(sums, 1.0);
-  EXPECT_NEAR(told[3], 0.02, 4e-4);
-  EXPECT_NEAR(told[kViewFeatureCount + 4], 0.015, 4e-4);
+  const auto solved = SolveBias(sums, 1.0);
+  EXPECT_NEAR(solved[3], 0.02, 4e-4);
+  EXPECT_NEAR(solved[kViewFeatureCount + 4], 0.015, 4e-4);
 }
 
 // Hips and knees at known positions, in view of a camera with shifted images;
@@ -232,7 +232,7 @@ TEST_F(ViewBiasTest, RecoversTheBiasAtKnownPositions) {
 TEST_F(ViewBiasTest, ImageShiftsAppearAsBiasUnlessRemoved) {
   const auto greatest = [this](const ViewBias& bias) {
     double value = 0.0;
-    for (const double one : bias.joints[line_].across_m) {
+    for (const double one : bias.joints[entry_].across_m) {
       value = std::max(value, std::abs(one));
     }
     return value;
@@ -242,33 +242,33 @@ TEST_F(ViewBiasTest, ImageShiftsAppearAsBiasUnlessRemoved) {
   shifted.noise_px = 0.0;
   shifted.with_knee = true;
   shifted.shift_px = {12.0, -7.0};
-  const ViewBias passes = Learn(shifted, true);
-  EXPECT_GT(greatest(passes), 5e-3);
-  EXPECT_FALSE(passes.joints[line_].used);  // 108 degrees are not enough
+  const ViewBias unremoved = Learn(shifted, true);
+  EXPECT_GT(greatest(unremoved), 5e-3);
+  EXPECT_FALSE(unremoved.joints[entry_].used);  // 108 degrees are not enough
   shifted.removes_shifts = true;
   // Rounding errors of sums of 12,000 numbers of the order of a metre.
   EXPECT_LT(greatest(Learn(shifted, true)), 1e-9);
   shifted.bias = TwiceAround();
-  EXPECT_TRUE(Learn(shifted, true).joints[line_].used);
+  EXPECT_TRUE(Learn(shifted, true).joints[entry_].used);
   // Two cameras that see 108 degrees each do not cover 360, however many others
   // see nobody.
   shifted.seeing_cameras = 2;
-  EXPECT_FALSE(Learn(shifted, true).joints[line_].used);
+  EXPECT_FALSE(Learn(shifted, true).joints[entry_].used);
   shifted.seeing_cameras = 5;
   // If the body is seen from all sides, a bias has zero mean, apart from
   // differences in distance.
   shifted.turns = 6.0;
-  const ViewBias stays = Learn(shifted, true);
-  EXPECT_NEAR(stays.joints[line_].across_m[3], 0.02, 1e-3);
-  EXPECT_TRUE(stays.joints[line_].used);
+  const ViewBias turning = Learn(shifted, true);
+  EXPECT_NEAR(turning.joints[entry_].across_m[3], 0.02, 1e-3);
+  EXPECT_TRUE(turning.joints[entry_].used);
 }
 
 // Adds observations of one joint, with residuals along one feature.
-void AddObservations(size_t line, double residual_m, size_t names,
+void AddObservations(size_t entry, double residual_m, size_t names,
                      BiasSeries* series) {
   for (int k = 0; k < 100; ++k) {
     std::vector<BiasSums> sums(names);
-    BiasSums& one = sums[line];
+    BiasSums& one = sums[entry];
     one.A.diagonal().setOnes();
     one.g[0] = residual_m;
     one.feature_squares.setOnes();
@@ -291,17 +291,17 @@ TEST_F(ViewBiasTest, BiasOfOnePassIsUsedInTheNext) {
   const auto first = notes.NewSeries(joints_, 1);
   const auto second = notes.NewSeries(joints_, 1);
   // The order is irrelevant.
-  AddObservations(line_, 0.03, classes_.size(), second.get());
-  AddObservations(line_, 0.01, classes_.size(), first.get());
+  AddObservations(entry_, 0.03, classes_.size(), second.get());
+  AddObservations(entry_, 0.01, classes_.size(), first.get());
   EXPECT_EQ(notes.view_bias(), nullptr);
   notes.BeginPass();
   ASSERT_NE(notes.view_bias(), nullptr);
-  const ViewBias::OfJoint& told = notes.view_bias()->joints[line_];
-  EXPECT_EQ(told.observations, 800);
-  EXPECT_TRUE(told.used);
+  const ViewBias::OfJoint& learnt = notes.view_bias()->joints[entry_];
+  EXPECT_EQ(learnt.observations, 800);
+  EXPECT_TRUE(learnt.used);
   // 200 observations of 2 cm on average with a ridge of ten; the position
   // absorbs three of the eight numbers of four views.
-  EXPECT_NEAR(told.across_m[0], 0.02 * 200.0 / 210.0 * 8.0 / 5.0, 1e-12);
+  EXPECT_NEAR(learnt.across_m[0], 0.02 * 200.0 / 210.0 * 8.0 / 5.0, 1e-12);
   EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // already added
 }
 

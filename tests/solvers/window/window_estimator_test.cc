@@ -221,7 +221,8 @@ TEST(WindowEstimator, HighFrameRatesShareSolves) {
   window->Finish();
   window->ExtractFinals(&finals);
   ASSERT_EQ(finals.size(), kFrames);
-  // The first frame, every fourth frame after it, and the rest in Finish().
+  // The first frame, every fourth frame after it, and the rest in Finish(), for
+  // each of three joints.
   EXPECT_EQ(options.ledger->Total().solves, 3 * 61);
   // Fewer solves do not reduce the accuracy: the error stays below the
   // detector's error of 15 mm.
@@ -248,8 +249,9 @@ TEST(WindowEstimator, AbsentFramesDoNotDelaySolves) {
   }
 }
 
-// Every second frame has views, of the other parity from frame 60 on. Solves of
-// every second frame end in frames without views either before or after it.
+// Every second frame has views: even frames before frame 60, odd frames from
+// then on. Solves take place at every second frame, so that either before frame
+// 60 or after it they end in frames without views.
 TEST(WindowEstimator, LastIsTheNewestMeasuredFrameOfASharedSolve) {
   const SceneModel scene = MakeScene(120.0, false);
   GraphOptions options;
