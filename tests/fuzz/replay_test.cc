@@ -1,6 +1,6 @@
 // Replays inputs that once failed, and a few seeded mutations of valid inputs,
 // so that every build gets a short fuzz test. Long runs use libFuzzer
-// (docs/robustness.md).
+// (CONTRIBUTING.md).
 #include <gtest/gtest.h>
 
 #include <cstdlib>
