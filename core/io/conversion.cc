@@ -429,8 +429,8 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-// Rotates tracks from the axes of their file into the world. `axes`: the world
-// axes along the file's X, Y and Z.
+// Rotates tracks that were read with their file's X, Y, Z as the world's into
+// the world. `axes`: the world axes along X, Y and Z.
 void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   Eigen::Matrix3d world_from_file;
   for (int i = 0; i < 3; ++i) {

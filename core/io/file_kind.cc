@@ -99,8 +99,8 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
          text[second] != ']';
 }
 
-// Tables of keypoints begin with a letter or a quotation mark; other formats
-// that do are no detections.
+// Tables of keypoints begin with a letter or a quotation mark. Formats of
+// detections that begin otherwise are recognised elsewhere.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
   if (text.empty()) return false;

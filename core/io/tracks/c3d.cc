@@ -1,7 +1,7 @@
-// Reading C3D files. The label "Anna:l_knee" is a joint of person
-// Anna; without such labels all points are one person, unless every label
-// occurs equally often, more than once: then each time for another person. In a
-// file without points the joints are the origins of segments.
+// Reading C3D files. The label "Anna:l_knee" is a joint of person Anna. Points
+// without such prefixes are one person's, unless every label occurs the same
+// number of times, twice or more: then the nth points of all labels are the nth
+// person's. In a file without points the joints are the origins of segments.
 #include "core/io/tracks/c3d.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ struct Contents {
   std::vector<Point> points;
 };
 
-// Distinct texts in order of appearance.
+// Numbers distinct texts in order of appearance, from 0.
 class Places {
  public:
   size_t Of(const std::string& text) {
@@ -52,6 +52,7 @@ class Places {
   std::vector<std::string> texts_;
 };
 
+// The id in a prefix such as "person_3:".
 std::optional<TrackId> IdOf(const std::string& prefix) {
   constexpr std::string_view kBegins = "person_";
   if (prefix.rfind(kBegins, 0) != 0 || prefix.back() != ':')
@@ -79,7 +80,8 @@ class Labels {
     for (const std::string& label : labels_) {
       if (IsJoint(label)) ++counts[label];
     }
-    // If all labels occur equally often, each occurs once per person.
+    // If all labels occur equally often, and more than once, each occurs once
+    // per person.
     const size_t copies = counts.empty() ? 0 : counts.begin()->second;
     const bool is_set_each =
         copies > 1 &&
@@ -139,8 +141,9 @@ class Labels {
     return {label.substr(0, size), label.substr(size)};
   }
 
-  // Sets ids and names. If all prefixes are like "person_3:", their numbers are
-  // the ids, otherwise ids are 0, 1, 2 in order. SUBJECTS:NAMES has the names.
+  // Sets ids and names. If all prefixes are like "person_3:", with different
+  // numbers, these are the ids, otherwise ids are 0, 1, 2 in order of
+  // appearance. Names are those of SUBJECTS:NAMES, otherwise the prefixes.
   void NamePeople(const std::vector<std::string>& subjects,
                   Contents* contents) const {
     std::set<TrackId> taken;
@@ -184,8 +187,9 @@ std::string SegmentName(const std::string& label) {
   return label;
 }
 
-// Removes the labels of quantities that Vicon's models compute and store as
-// points, such as angles [degrees] and forces; they are listed separately.
+// Empties the labels of quantities that Vicon's models compute and store as
+// points, such as angles [degrees] and forces. POINT:ANGLES, POINT:FORCES, ...
+// list these labels.
 void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
   std::set<std::string> modelled;
   for (const char* kind :
@@ -205,7 +209,8 @@ void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
 }
 
 Contents ContentsOf(const C3dFile& file) {
-  // Limits memory: every person has an entry for every joint.
+  // Limits memory: every person gets an entry for every joint, at most this
+  // many for each point of the file.
   constexpr size_t kMostPlaces = 64;
   const bool has_points = file.points().width > 0;
   std::vector<std::string> labels =
@@ -299,15 +304,16 @@ double PlateNumber(const C3dValues& values, const std::string& name,
   return values.Number("FORCE_PLATFORM:" + name, index).value_or(otherwise);
 }
 
-// Weights of the plate's channels whose sum is the vertical load.
+// The weights with which the plate's channels add up to its vertical load;
+// empty for types other than 1 to 4.
 std::vector<double> LoadWeights(const C3dValues& values, size_t plate) {
   switch (static_cast<int>(PlateNumber(values, "TYPE", plate))) {
     case 1:
     case 2:
       return {0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
-    case 3:  // four corners
+    case 3:  // channels 5 to 8: vertical forces at the four corners
       return {0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0};
-    case 4: {  // the matrix's row for the third force; stored by columns
+    case 4: {  // row of the calibration matrix for Fz; stored by columns
       std::vector<double> weights;
       for (size_t c = 0; c < 6; ++c) {
         weights.push_back(PlateNumber(
@@ -391,7 +397,7 @@ std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
     for (size_t plate = 0; static_cast<double>(plate) < used; ++plate) {
       weights.push_back(LoadWeights(file.values(), plate));
     }
-    // All rows have the length of the longest plate's.
+    // One row per plate, each as long as for the plate with most channels.
     const size_t row_length = file.values().RowLength("FORCE_PLATFORM:CHANNEL");
     std::vector<ForcePlate> plates;
     for (size_t plate = 0; plate < weights.size(); ++plate) {

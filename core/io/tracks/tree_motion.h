@@ -98,7 +98,7 @@ struct TreeMotion {
 // seen.
 //
 // `poses` has one entry per row, null where the person is absent; the first and
-// the last are not null. Positions are in the file's axes.
+// the last are not null. The result is in the file's axes.
 TreeMotion SolveTreeMotion(const JointTree& tree,
                            const std::vector<const PersonPose*>& poses,
                            const AxisMap& axes);
@@ -106,6 +106,7 @@ TreeMotion SolveTreeMotion(const JointTree& tree,
 // Notes on what the trees of all people cannot represent.
 class TreeLosses {
  public:
+  // Adds the motion of a person; `person` is the name in notes.
   void See(const JointTree& tree, const TreeMotion& motion,
            const std::string& person);
   // Notes joints that were interpolated in time, joints that were never seen
