@@ -144,7 +144,7 @@ FileKind KindOfFolder(const std::string& path) {
   for (const std::string& name : names) {
     const std::string inside = path + "/" + name;
     if (name.front() == '.') continue;
-    if (IsFolder(inside)) return FileKind::kDetections;  // one per view
+    if (IsFolder(inside)) return FileKind::kDetections;  // a folder per view
     if (HasExtension(name, {".csv", ".h5"})) return KindOfFile(inside);
     if (!HasExtension(name, {".json"})) continue;
     // In a folder, only detections are stored as arrays (COCO's may be empty).

@@ -72,7 +72,7 @@ class Labels {
   Labels(const C3dValues& values, std::vector<std::string> labels)
       : labels_(std::move(labels)),
         prefixes_(values.Texts("SUBJECTS:LABEL_PREFIXES")),
-        called_(values.Texts("SUBJECTS:NAMES")),
+        subject_names_(values.Texts("SUBJECTS:NAMES")),
         uses_prefixes_(values.Number("SUBJECTS:USES_PREFIXES") != 0.0) {}
 
   Contents Read() {
@@ -83,7 +83,7 @@ class Labels {
     // If all labels occur equally often, and more than once, each occurs once
     // per person.
     const size_t copies = counts.empty() ? 0 : counts.begin()->second;
-    const bool is_set_each =
+    const bool is_one_set_each =
         copies > 1 &&
         std::all_of(counts.begin(), counts.end(),
                     [&](const auto& count) { return count.second == copies; });
@@ -95,12 +95,12 @@ class Labels {
       if (!IsJoint(labels_[i])) continue;
       auto [subject, joint] = Split(labels_[i]);
       const size_t copy = seen[labels_[i]]++;
-      if (is_set_each && subject.empty()) {
-        subject = copy < called_.size()
-                      ? called_[copy] + ":"
+      if (is_one_set_each && subject.empty()) {
+        subject = copy < subject_names_.size()
+                      ? subject_names_[copy] + ":"
                       : PersonLabel(static_cast<int64_t>(copy)) + ":";
       } else if (copy > 0) {
-        joint = Unlike(counts, subject, joint, copy + 1);
+        joint = UniqueName(counts, subject, joint, copy + 1);
       }
       contents.points.push_back({i, subjects.Of(subject), joints.Of(joint)});
     }
@@ -111,9 +111,9 @@ class Labels {
 
  private:
   // A unique name such as "C7_2" for the second point labelled C7.
-  static std::string Unlike(const std::map<std::string, size_t>& labels,
-                            const std::string& subject,
-                            const std::string& joint, size_t number) {
+  static std::string UniqueName(const std::map<std::string, size_t>& labels,
+                                const std::string& subject,
+                                const std::string& joint, size_t number) {
     std::string other;
     do {
       other = joint + "_" + std::to_string(number++);
@@ -134,8 +134,9 @@ class Labels {
     const size_t colon = label.find(':');
     if (size == 0 && colon != std::string::npos && colon > 0 &&
         colon + 1 < label.size() &&
-        (uses_prefixes_ || std::count(called_.begin(), called_.end(),
-                                      label.substr(0, colon)) > 0)) {
+        (uses_prefixes_ ||
+         std::count(subject_names_.begin(), subject_names_.end(),
+                    label.substr(0, colon)) > 0)) {
       size = colon + 1;
     }
     return {label.substr(0, size), label.substr(size)};
@@ -160,7 +161,8 @@ class Labels {
       const auto place = std::find(prefixes_.begin(), prefixes_.end(), prefix);
       const auto index = static_cast<size_t>(place - prefixes_.begin());
       const bool is_listed = index < prefixes_.size() || subjects.size() == 1;
-      if (is_listed && index < called_.size()) name = called_[index];
+      if (is_listed && index < subject_names_.size())
+        name = subject_names_[index];
       if (!IdOf(name + ":")) names[s] = name;
     }
     const bool all_numbered =
@@ -173,7 +175,7 @@ class Labels {
 
   const std::vector<std::string> labels_;
   const std::vector<std::string> prefixes_;
-  const std::vector<std::string> called_;
+  const std::vector<std::string> subject_names_;
   const bool uses_prefixes_;
 };
 

@@ -330,14 +330,15 @@ class C3dRecording {
       }
     }
     std::vector<std::string> prefixes;
-    std::vector<std::string> called;
+    std::vector<std::string> subject_names;
     std::vector<std::string> subjects;
     std::vector<std::string> labels;
     std::vector<double> times;
     for (const int64_t id : ids_) {
       prefixes.push_back(PersonLabel(id) + ":");
       const auto name = names_.find(TrackId(id));
-      called.push_back(name != names_.end() ? name->second : PersonLabel(id));
+      subject_names.push_back(name != names_.end() ? name->second
+                                                   : PersonLabel(id));
       if (labels.size() + 2 > kMostEvents) continue;
       const auto [begin, end] = presence.at(id);
       for (const auto& [label, frame] :
@@ -346,13 +347,13 @@ class C3dRecording {
         times.push_back(std::floor(time_s / kMinute));
         times.push_back(time_s - kMinute * times.back());
         labels.push_back(label);
-        subjects.push_back(called.back());
+        subjects.push_back(subject_names.back());
       }
     }
     parameters->Group("SUBJECTS").Word("IS_STATIC", 0);
     parameters->Word("USES_PREFIXES", ids_.size() > 1 ? 1 : 0);
     parameters->Word("USED", static_cast<int64_t>(ids_.size()));
-    parameters->Texts("NAMES", called).Texts("LABEL_PREFIXES", prefixes);
+    parameters->Texts("NAMES", subject_names).Texts("LABEL_PREFIXES", prefixes);
     const size_t count = labels.size();
     parameters->Group("EVENT").Word("USED", static_cast<int64_t>(count));
     parameters->Texts("CONTEXTS", std::vector<std::string>(count, "General"));

@@ -754,6 +754,7 @@ TEST_F(TracksC3d, JointAtTheOriginIsNotMissing) {
                    NosesAt({Vector3d::Zero(), Vector3d(0.0, 0.0, 0.5)}));
   const TrackSequence tracks = ReadTracks(path);
   ASSERT_EQ(tracks.frames[0].people.size(), 1u);
+  // At the smallest normal float, 1.2e-38 mm.
   EXPECT_LT(tracks.frames[0].people[0].joints[0].position_m.norm(), 1e-40);
 }
 

@@ -36,12 +36,12 @@ struct Case {
   const Skeleton* skeleton;  // that a reader recognises
   bool keeps_status = false;
   bool keeps_empty_frames = true;
-  // Relative error of positions: a change of unit is two roundings.
+  // Relative error of positions; 0: the same bits.
   double tolerance = 0.0;
 };
 
-constexpr double kUnit = 4e-16;
-constexpr double kFloat = 1.2e-7;  // to 32 bits and back: half of 2^-23, twice
+constexpr double kUnit = 4e-16;    // to cm and back: three roundings of 2^-53
+constexpr double kFloat = 1.2e-7;  // rounding to 32 bits: 2^-24, doubled
 
 class TrackRoundTrip : public ::testing::TestWithParam<Case> {};
 
