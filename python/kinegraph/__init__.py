@@ -207,8 +207,9 @@ class Session(_kinegraph.Session):
 class Frozen(_kinegraph.Frozen):
     """A tracked recording with fixed matches, on which smoothers can be compared.
 
-    cameras, detections, config, set: as for track(). tracks: the result of the
-    run itself; smooth(strategy): Tracks of the same matches.
+    cameras, detections, config, set: as for track(), but with a single pass, and
+    identities are not linked. tracks: the result of the run itself;
+    smooth(strategy): Tracks of the same matches.
     """
 
     def __init__(
@@ -230,7 +231,7 @@ def smooth(
     config: Config = None,
     set: Settings = None,
 ) -> Tracks:
-    """Tracks a recording and smooths its matches by one of strategies()."""
+    """Smooths the matches of a recording (Frozen) by one of strategies()."""
     return Frozen(cameras, detections, config, set).smooth(strategy)
 
 

@@ -161,8 +161,9 @@ class Labels {
       const auto place = std::find(prefixes_.begin(), prefixes_.end(), prefix);
       const auto index = static_cast<size_t>(place - prefixes_.begin());
       const bool is_listed = index < prefixes_.size() || subjects.size() == 1;
-      if (is_listed && index < subject_names_.size())
+      if (is_listed && index < subject_names_.size()) {
         name = subject_names_[index];
+      }
       if (!IdOf(name + ":")) names[s] = name;
     }
     const bool all_numbered =
