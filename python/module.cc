@@ -386,8 +386,8 @@ TrackSequence Track(const std::vector<Camera>& cameras,
       RequestOf(cameras, frames, without_cameras, threads);
   const auto total =
       static_cast<int64_t>(given.frames.size()) * PassCount(options);
-  // Reports progress, but not for every frame: taking the interpreter's lock
-  // can take longer than a frame.
+  // Reports progress, but not for every frame: waiting for the interpreter's
+  // lock can take longer than processing a frame.
   const auto tell = [&progress, total](int64_t frames_read) {
     constexpr int64_t kStride = 16;  // frames
     CheckStop();

@@ -51,7 +51,7 @@ class ByteReader {
     std::memcpy(data, bytes_.data() + at_, size);
     at_ += size;
   }
-  // Every element takes at least one byte.
+  // Every element takes at least one byte, so a larger count means damage.
   size_t Count(size_t) {
     size_t count = 0;
     Raw(&count, sizeof(count));

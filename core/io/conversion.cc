@@ -97,7 +97,7 @@ std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
                               const std::string& verb, bool Format::*can) {
   std::vector<FileKind> kinds;
   bool is_known = false;
-  std::vector<std::string> names;
+  std::vector<std::string> names;  // of formats that support it
   for (const Format& format : Formats()) {
     is_known = is_known || format.name == name;
     if (!(format.*can)) continue;
@@ -237,6 +237,8 @@ ConvertOptions ReadOptions(const ConversionOptions& flags, FileKind kind) {
     for (const std::string& side : Split(flags.image_size, ',')) {
       char* end = nullptr;
       options.cameras.image_size.push_back(std::strtod(side.c_str(), &end));
+      // A text that is not a number gives an additional side of 0, which is
+      // refused when the size is used.
       if (*end != '\0') options.cameras.image_size.push_back(0.0);
     }
   }
@@ -388,7 +390,8 @@ int64_t WantedPerson(const ConversionOptions& flags,
          notes.empty() ? "" : "; " + notes.front());
 }
 
-// Removes all people but the one that --person selects.
+// Removes all people but the one that --person selects. Without --person,
+// throws InputError if --out is the file of one person and there are several.
 void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
                 TrackSequence* tracks) {
   const std::vector<int64_t> ids = IdsOf(*tracks);
@@ -429,8 +432,8 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-// Rotates tracks from the axes of their file into the world. `axes`: the world
-// axes along the file's X, Y and Z.
+// Rotates tracks that were read with their file's X, Y, Z as the world's into
+// the world. `axes`: the world axes along X, Y and Z.
 void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   Eigen::Matrix3d world_from_file;
   for (int i = 0; i < 3; ++i) {

@@ -19,14 +19,14 @@ struct ConversionOptions {
   double frame_rate_hz = 0.0;    // likewise
   std::string unit;              // of calibrations and tracks: m, cm or mm
   std::string image_size;        // "W,H" px, if the input lacks it
-  std::string axes;              // "x,-z,y": world axes of the file's X, Y, Z
+  std::string axes;              // "x,-z,y": world axes along X, Y, Z of files
   std::string markers = "ours";  // names of joints: ours, pose2sim or opensim
   std::string person;            // person to write, by number or name
-  std::string set;               // "cameras.KEY=value;...", for reading
+  std::string set;               // how to read: "cameras.KEY=value;..."
 };
 
 struct Conversion {
-  std::string what;        // "500 frames"
+  std::string what;        // what was written: "500 frames"
   LostFields lost_fields;  // what the format cannot store, and remarks
 };
 

@@ -99,8 +99,8 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
          text[second] != ']';
 }
 
-// Tables of keypoints begin with a letter or a quotation mark; other formats
-// that do are no detections.
+// Tables of keypoints begin with a letter or a quotation mark. Formats of
+// detections that begin otherwise are recognised elsewhere.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
   if (text.empty()) return false;
@@ -144,7 +144,7 @@ FileKind KindOfFolder(const std::string& path) {
   for (const std::string& name : names) {
     const std::string inside = path + "/" + name;
     if (name.front() == '.') continue;
-    if (IsFolder(inside)) return FileKind::kDetections;  // one per view
+    if (IsFolder(inside)) return FileKind::kDetections;  // a folder per view
     if (HasExtension(name, {".csv", ".h5"})) return KindOfFile(inside);
     if (!HasExtension(name, {".json"})) continue;
     // In a folder, only detections are stored as arrays (COCO's may be empty).

@@ -98,9 +98,9 @@ if sys.executable:
 def config_path(config: Config = None) -> str:
     """The file of a configuration, resolved as the commands do.
 
-    An existing file is returned as it is; "configs/offline.toml" and
-    "offline.toml" are in the module. None: default.toml, as `kinegraph track`
-    uses without --config.
+    An existing file is returned as it is, and so is a name that is not found;
+    "configs/offline.toml" and "offline.toml" are in the module. None:
+    default.toml, which `kinegraph track` uses without --config.
     """
     if config is None:
         config = "default.toml"
@@ -152,7 +152,7 @@ def track(
     overrides the configuration's mode. frames: [(begin, end), ...], end excluded;
     empty: all. without_cameras: names of cameras to omit. threads: number of
     threads, which does not change the result. progress: called as
-    progress(frames_read, total).
+    progress(frames_read, total), in which a frame counts once per pass.
 
     Returns Tracks. Releases the interpreter's lock; Ctrl-C stops the run, also
     while the batch is solved.
@@ -207,8 +207,9 @@ class Session(_kinegraph.Session):
 class Frozen(_kinegraph.Frozen):
     """A tracked recording with fixed matches, on which smoothers can be compared.
 
-    cameras, detections, config, set: as for track(). tracks: the result of the
-    run itself; smooth(strategy): Tracks of the same matches.
+    cameras, detections, config, set: as for track(), but with a single pass, and
+    identities are not linked. tracks: the result of the run itself;
+    smooth(strategy): Tracks of the same matches.
     """
 
     def __init__(
@@ -230,7 +231,7 @@ def smooth(
     config: Config = None,
     set: Settings = None,
 ) -> Tracks:
-    """Tracks a recording and smooths its matches by one of strategies()."""
+    """Smooths the matches of a recording (Frozen) by one of strategies()."""
     return Frozen(cameras, detections, config, set).smooth(strategy)
 
 
@@ -281,13 +282,15 @@ def evaluate(
 ) -> dict[str, Any]:
     """Scores tracks against a ground truth (both Tracks); returns a dict.
 
-    Frames are paired by time, as the command `evaluate` does; notes on the
-    pairing, or on a lack of matches, are UserWarnings.
+    Frames are paired by time, as the command `evaluate` does. Notes on the
+    pairing, or that few people are found, are UserWarnings; InputError if they
+    would be found with other axes or another unit of the truth.
 
     "mpjpe": "mpjpe_m" and "bias_removed_m", the mean joint error [m] with and
-    without each joint's constant offset; "joints_m", by joint; "found", the
-    share of true people with a counterpart.
-    "identity": "mota" and "idf1" (1: perfect) and the counts behind them.
+    without each joint's constant offset; "joints_m", the former by joint;
+    "found", the share of true person-frames with a counterpart.
+    "identity": "mota" and "idf1" (1: perfect) and the counts "switches",
+    "fragments", "misses", "false_positives", "true_people" and "identities".
     """
     if protocol == "mpjpe":
         return _kinegraph._mpjpe(tracks, truth)

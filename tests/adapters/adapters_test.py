@@ -147,7 +147,7 @@ class Pickles(unittest.TestCase):
 
 class Files(Adapters):
     def memory_of(self, path):
-        """Peak memory [kB] of rejecting a file."""
+        """Peak memory [kB] of the adapter when it refuses a file."""
         script = (
             "import resource, subprocess, sys\n"
             "done = subprocess.run(sys.argv[1:], capture_output=True)\n"
@@ -160,9 +160,9 @@ class Files(Adapters):
         )  # fmt: skip
         return int(done.stdout)
 
-    def test_pickles_that_grow(self):
-        # A text that is stored once and referenced often; arrays of the same bytes
-        # again and again; a huge index into the memo.
+    def test_pickles_that_grow_are_refused_in_little_memory(self):
+        # A text that is stored once and referenced often; many arrays of the same
+        # bytes; a huge index into the memo.
         n, m = 900_000, 150_000
         text_often = b"\x80\x04(" + text(b"a" * n) + b"q\0" + b"h\0" * 1000 + b"l."
         array = (
@@ -178,7 +178,7 @@ class Files(Adapters):
             self.refused(path)
             self.assertLess(self.memory_of(path), 100_000)
 
-    def test_hdf5_with_declared_sizes_beyond_the_file(self):
+    def test_hdf5_with_declared_sizes_beyond_the_file_is_refused(self):
         def write(name, **sets):
             path = self.folder / name
             with h5py.File(path, "w") as file:
@@ -254,7 +254,7 @@ class Files(Adapters):
         frames = [line["frame"] for line in self.lines("--first_frame=100", path)[1:]]
         self.assertEqual(frames, list(range(100, 100 + samples.FRAMES)))
 
-    def test_sleap_instances_corrected_by_hand_count(self):
+    def test_sleap_instances_corrected_by_hand_have_confidence_one(self):
         path = self.folder / "a.h5"
         samples.write_sleap(path, 0, own_order=False)
         before = self.lines(path)
@@ -266,7 +266,7 @@ class Files(Adapters):
         self.assertEqual(person, [[x, y, 1] for x, y, _ in was])
         self.assertEqual(after[:3] + after[4:], before[:3] + before[4:])
 
-    def test_a_scene_of_acinoset(self):
+    def test_acinoset_scene_is_read_and_errors_name_the_camera(self):
         camera = {
             "k": [[1200, 0, 640], [0, 1201, 360], [0, 0, 1]],
             "d": [[0.04], [0.05], [-0.04], [0.01]],
@@ -292,7 +292,7 @@ class Files(Adapters):
         (self.folder / "s/top/take.mp4").symlink_to("/nowhere")
         self.assertEqual(self.lines(self.folder / "s")[0]["views"], ["top"])
 
-    def test_actors_for_every_number_must_fit(self):
+    def test_tum_file_with_too_many_empty_cells_is_refused(self):
         tracks = self.folder / "far.jsonl"
         joints = [[0.0, 0.0, 1.0]] * 14
         with open(tracks, "w") as file:
@@ -308,7 +308,7 @@ class Files(Adapters):
         self.assertEqual(done.returncode, 2)
         self.assertIn("would have 15.2 GB", done.stderr)
 
-    def test_names_behind_the_numbers_are_found(self):
+    def test_sleap_names_stored_after_the_numbers_are_found(self):
         # As in SLEAP's files of more than two seconds.
         path = self.folder / "a.h5"
         with h5py.File(path, "w") as file:
@@ -319,7 +319,7 @@ class Files(Adapters):
         self.assertGreater(path.read_bytes().find(b"node_names"), 1 << 16)
         self.assertEqual(len(self.lines(path)), 3001)
 
-    def test_a_session_has_one_folder_per_camera(self):
+    def test_a_sleap_session_has_one_folder_per_camera(self):
         for camera in ("top", "back", "mid"):
             samples.write_sleap(self.folder / f"s/{camera}/minimal.analysis.h5", 0, True)
             (self.folder / f"s/{camera}/other.h5").write_text("no HDF5")
@@ -328,7 +328,7 @@ class Files(Adapters):
         samples.write_sleap(self.folder / "s/mid/second.analysis.h5", 0, True)
         self.assertIn("mid: contains 2 analyses", self.refused(self.folder / "s"))
 
-    def test_deeplabcut_individuals_lack_unique_bodyparts(self):
+    def test_deeplabcut_individuals_may_lack_unique_bodyparts(self):
         columns = samples.pd.MultiIndex.from_tuples(
             [
                 ("net", who, part, coord)
@@ -361,7 +361,7 @@ class Files(Adapters):
             attributes["values_block_0_kind"] = np.bytes_(pickle.dumps([("a", "b", "x")], 0))
         self.assertIn("has 9 numbers per frame, but 1 column names", self.refused(path))
 
-    def test_a_mat_file_that_unpacks_to_a_gigabyte(self):
+    def test_a_mat_file_that_unpacks_to_800_mb_is_refused(self):
         from scipy.io import savemat
 
         path = self.folder / "z.mat"
@@ -403,7 +403,7 @@ class Interface(Adapters):
         path.chmod(0o755)
         return path
 
-    def test_the_example_reader_of_the_page(self):
+    def test_the_example_reader_in_the_docs_works(self):
         page = (SOURCE / "docs/adapters.md").read_text()
         script = re.search(r"```python my_reader.py\n(.*?)```", page, re.DOTALL)[1]
         code = [line for line in script.splitlines() if line.strip()]
@@ -501,7 +501,7 @@ class Interface(Adapters):
             self.assertIn(said, done.stderr)
             self.assertFalse((self.folder / "o.jsonl").exists())
 
-    def test_packages_of_files(self):
+    def test_packages_that_are_installed_are_not_listed(self):
         samples.write_sleap(self.folder / "a.h5", 0, True)
         (self.folder / "b.txt").write_text("?")
         there = self.run_adapter("--packages", self.folder / "a.h5", self.folder / "b.txt")

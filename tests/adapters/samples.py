@@ -3,8 +3,8 @@ write them: samples.py FOLDER
 
 In files of SLEAP and DeepLabCut, point n of animal t in frame f of view v is at
 x = 1 + 100 v + 10 t + n + f / 8, y = 2 x (never at (0, 0), which means missing); its
-score is 1 / (1 + n). Animal 1 appears in frame 2, and node 1 of SLEAP's track 0 is
-missing in frame 3.
+score is 1 / (1 + n). Animal 1 is absent before frame 2, and node 1 of SLEAP's track 0
+is missing in frame 3.
 """
 
 import json
@@ -104,7 +104,7 @@ def write_actors(path, compressed):
             frames[f, 0] = np.zeros((0, 0))
             if (f + a) % 2 == 0:
                 frames[f, 0] = a + 0.1 * np.arange(42).reshape(14, 3) + f / 3
-        frames[2 + a * 2 - a, 0][3 : 3 + 1] = np.nan
+        frames[2 + a, 0][3] = np.nan  # one joint is missing
         actors[0, a] = frames
     savemat(path, {"actor3D": actors, "other": np.arange(3)}, do_compression=compressed)
 

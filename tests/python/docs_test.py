@@ -21,8 +21,8 @@ def expected(code):
 
 
 def alike(said, printed):
-    """Whether words are equal and numbers differ by at most two per cent; a comment may
-    be longer."""
+    """Whether words are equal and numbers differ by at most two per cent; `said`, the
+    comment, may be longer than the output."""
     words = NUMBER.sub("#", said).split()
     found = NUMBER.sub("#", printed).split()
     if [w.rstrip(":;") for w in words[: len(found)]] != found:

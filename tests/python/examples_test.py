@@ -50,7 +50,7 @@ class Examples(unittest.TestCase):
             here, {"track_and_plot.py", "joint_angles.py", "smoothers.py"}
         )
 
-    def test_track_and_angles(self):
+    def test_track_and_angles_write_pictures_and_coverage(self):
         out = os.path.join(self.folder.name, "out")
         text = example(
             "track_and_plot.py",
@@ -77,7 +77,7 @@ class Examples(unittest.TestCase):
         # recording may be lower.
         self.assertGreater(float(last[1]), 90.0, text)
 
-    def test_angles_without_covariances(self):
+    def test_angles_without_covariances_have_no_intervals(self):
         truth = self.in_take("truth.jsonl")
         out = os.path.join(self.folder.name, "plain.png")
         text = example("joint_angles.py", truth, out, truth)
@@ -85,7 +85,7 @@ class Examples(unittest.TestCase):
         self.assertIn(["r_knee_flexion", "0.00", "-"], [row[:3] for row in rows])
         self.assertEqual(rows[-1], ["all", "-", "0"])
 
-    def test_angles_without_a_common_time(self):
+    def test_angles_without_a_common_time_are_refused(self):
         truth = self.in_take("truth.jsonl")
         late = self.in_take("late.jsonl")
         with open(truth, encoding="utf-8") as file:
@@ -100,7 +100,7 @@ class Examples(unittest.TestCase):
             example("joint_angles.py", truth, out, late)
         self.assertIn("no tracked person", failure.exception.stderr)
 
-    def test_smoothers(self):
+    def test_smoothers_batch_is_better_than_raw_dlt(self):
         out = os.path.join(self.folder.name, "smoothers.png")
         text = example("smoothers.py", self.take, out)
         self.assert_picture(out)

@@ -1,5 +1,5 @@
-"""Compares the module with the commands: results are identical bit for bit, and bad
-input gives the same one-line message."""
+"""Compares the module with the commands: results are identical bit for bit; bad input
+raises an error that names the cause."""
 
 import ast
 import copy
@@ -144,13 +144,14 @@ class Module(unittest.TestCase):
             kg.kinematics(tracks, up="w")
 
     def assert_as_convert(self, source, own, *flags):
-        """`own` has the command's bytes, except for the name inside a TRC."""
+        """`own` has the command's bytes, except for the name inside a TRC. Returns the
+        number of notes that the command prints."""
         out = self.in_folder("new/command" + os.path.splitext(own)[1])
-        told = run("convert", "--in=" + self.in_take(source), "--out=" + out, *flags)
+        done = run("convert", "--in=" + self.in_take(source), "--out=" + out, *flags)
         with open(own, "rb") as a, open(out, "rb") as b:
             name = os.path.basename(own).encode()
             self.assertEqual(a.read().replace(name, b"command.trc"), b.read(), own)
-        return told.stderr.count("note: ")
+        return done.stderr.count("note: ")
 
     def test_files_are_written_as_convert_writes_them(self):
         for source, value, write, name in (
@@ -219,8 +220,8 @@ class Module(unittest.TestCase):
         ):
             own = self.in_folder("new/own" + extension)
             losses = kg.convert(self.in_take(source), own, **options)
-            told = self.assert_as_convert(source, own, *flags.split())
-            self.assertEqual(told, len(losses), flags)
+            notes = self.assert_as_convert(source, own, *flags.split())
+            self.assertEqual(notes, len(losses), flags)
         for error, source, options in (
             ("--to: 'docx' is not a format", "truth.jsonl", {"to": "docx"}),
             ("--to is missing", "truth.jsonl", {}),
@@ -281,13 +282,14 @@ class Module(unittest.TestCase):
         whole = self.window()
         self.assertEqual(sorted(positions), list(whole.frames))
         for number, expected in zip(whole.frames, whole.positions_m):
-            # People absent from a part have no column there.
+            # Tracks of a part have no column for people absent from it, so the
+            # numbers of all people are compared as a set.
             np.testing.assert_array_equal(
                 np.sort(positions[number][np.isfinite(positions[number])]),
                 np.sort(expected[np.isfinite(expected)]),
             )
 
-    def test_shapes_and_meaning(self):
+    def test_arrays_of_tracks_have_documented_shapes(self):
         tracks = self.window()
         f, p, j = len(tracks), len(tracks.ids), len(tracks.skeleton.joints)
         self.assertEqual(tracks.positions_m.shape, (f, p, j, 3))
@@ -297,7 +299,7 @@ class Module(unittest.TestCase):
         self.assertTrue(np.isfinite(tracks.positions_m[~missing]).all())
         self.assertEqual(tracks.times_s[1] - tracks.times_s[0], 0.04)
 
-    def test_every_strategy_smooths_the_frozen_matches(self):
+    def test_strategies_smooth_the_frozen_matches(self):
         frozen = kg.Frozen(self.cameras, self.detections, config=WINDOW)
         for strategy in ("raw_dlt", "butterworth", "rts"):
             tracks = frozen.smooth(strategy)
@@ -307,7 +309,7 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(kg.InputError, "strategy: found 'kalmann'"):
             frozen.smooth("kalmann")
 
-    def test_evaluate(self):
+    def test_evaluate_scores_the_truth_as_perfect(self):
         tracks = self.window()
         perfect = kg.evaluate(self.truth, self.truth)
         self.assertEqual(perfect["mpjpe_m"], 0.0)
@@ -356,7 +358,7 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(kg.InputError, "Hz.*Hz.*not interpolated"):
             kg.evaluate(self.truth, late)
 
-    def test_evaluate_compares_centroids(self):
+    def test_evaluate_compares_identities_by_centroids(self):
         path = self.in_folder("centroids.jsonl")
         skeleton = {"name": "c", "joints": ["centroid"], "bones": []}
         with open(self.in_take("truth.jsonl")) as lines, open(path, "w") as out:
@@ -380,7 +382,7 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(kg.InputError, "no joint in common"):
             kg.evaluate(self.truth, centroids)
 
-    def test_evaluate_names_other_axes(self):
+    def test_evaluate_names_the_axes_of_a_rotated_truth(self):
         turned = self.retimed("turned.jsonl", axes=(1, 2, 0))
         for protocol in ("mpjpe", "identity"):
             with self.assertRaisesRegex(kg.InputError, "X, Y, Z as y,z,x"):
@@ -432,7 +434,7 @@ class Module(unittest.TestCase):
                 tracks.__getstate__()[:-3],
             )
 
-    def test_project(self):
+    def test_project_gives_nan_where_a_point_has_no_image(self):
         given = self.cameras[0]
         camera = kg.Camera("ideal", given.K, given.R, given.t)
         point = np.array([[0.1, -0.2, 1.0], camera.centre])
@@ -455,7 +457,7 @@ class Module(unittest.TestCase):
             "a=true;b=0.2;c=[1280, 720];d=[1.5, 2.0];e=['cam0', 'cam1'];f=shift",
         )
 
-    def test_bad_input_is_one_line(self):
+    def test_errors_name_the_file_or_key(self):
         with self.assertRaisesRegex(kg.InputError, "nowhere.json"):
             kg.read_cameras("nowhere.json")
         with self.assertRaisesRegex(kg.InputError, "graph.lagg"):
@@ -508,7 +510,7 @@ class Module(unittest.TestCase):
             child.kill()
 
     def test_ctrl_c_stops_the_solves_of_the_batch(self):
-        # Long enough that the solves take a measurable time.
+        # The recording twelve times, so that the solves take a measurable time.
         script = (
             "import os, signal, sys, threading, time, kinegraph as kg\n"
             "signal.signal(signal.SIGINT, signal.default_int_handler)\n"

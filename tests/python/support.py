@@ -19,5 +19,5 @@ def run(command, *flags):
 
 
 def synthesize(out, *settings):
-    """The demo's scene in a new folder; settings: "scene.people=3"."""
+    """Writes the demo's scene to a new folder; settings such as "scene.people=3"."""
     run("synthesize", "--config=" + DEMO, "--set=" + ";".join(settings), "--out=" + out)

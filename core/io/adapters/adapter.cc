@@ -25,8 +25,8 @@ constexpr int kSilence_ms = 60'000;
 
 // Set before anything is read.
 struct Settings {
-  std::string given;
-  std::vector<std::string> own;
+  std::string given;             // SetAdapter; empty: none
+  std::vector<std::string> own;  // SetOwnAdapters; empty: the default
 };
 Settings& TheSettings() {
   static Settings* const settings = new Settings;
@@ -127,8 +127,8 @@ std::string Fault(const ProcessEnd& end, const std::string& name,
   throw InputError(path, "", fault);
 }
 
-// Whether our adapters read such files in a folder. Others in a session, such
-// as older results, are no inputs.
+// Whether kinegraph's adapters read files of this extension in a folder. Other
+// files in the folder, such as older results, are not inputs.
 bool MayBeInput(const fs::path& file) {
   const std::string extension = file.extension().string();
   for (const char* one : {".csv", ".h5", ".pickle", ".toml"}) {
@@ -138,8 +138,8 @@ bool MayBeInput(const fs::path& file) {
 }
 
 // Notes the input files, so that they are not overwritten and changes to them
-// are detected. In a folder, a user's adapter may read any file. Returns their
-// size in bytes.
+// are detected; in a folder these are all files for a user's adapter, which may
+// read any. Returns the size of the inputs in bytes.
 int64_t NoteInputs(const std::string& path, bool is_own) {
   int64_t size = 0;
   const auto note = [&size](const std::string& file) {

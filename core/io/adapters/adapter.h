@@ -49,14 +49,14 @@ Adapter OwnAdapter(const std::string& format, AdapterKind kind);
 class AdapterRun {
  public:
   // `options` are flags such as "--joints=17". `silence_ms` is the longest wait
-  // for output, by default a minute and a second per MiB of input (at most an
-  // hour). Throws InputError if the path cannot be read. That the program
-  // cannot be started is reported by Guard and Finish.
+  // for output; -1: a minute, plus a second for each of the first 3600 MiB of
+  // input. Throws InputError if the path cannot be read. A program that cannot
+  // be started is reported by Guard and Finish.
   AdapterRun(const Adapter& adapter, const std::string& path,
              const std::vector<std::string>& options = {}, int silence_ms = -1);
   ~AdapterRun();  // ends the program
 
-  // The program's standard output, which the caller closes.
+  // File descriptor of the program's output, which the caller closes.
   int TakeOutput();
   int silence_ms() const;
   // Call this after all output was read. Throws InputError naming path and

@@ -50,7 +50,7 @@ std::string NpyHeader(const std::string& type,
   std::string dictionary =
       "{'descr': '" + type +
       "', 'fortran_order': False, 'shape': " + ShapeText(shape) + ", }";
-  constexpr size_t kBefore = 10;
+  constexpr size_t kBefore = 10;  // bytes before the dictionary
   constexpr size_t kAlignment = 64;
   while ((kBefore + dictionary.size() + 1) % kAlignment != 0) {
     dictionary += ' ';
@@ -300,11 +300,12 @@ NpyArray NpzReader::Parse(const std::string& name,
     if (total > NpzFile::kMaxBytes) Fail(name, "is too large");
   }
   array.bytes = file.substr(begin + length);
+  // Bytes or characters of an element; total * width then fits 64 bits.
   constexpr size_t kWidest = 10'000'000;
   size_t width = array.type.size() < 3
                      ? 0
                      : ParseNumber<size_t>(array.type.substr(2)).value_or(0);
-  // The count of elements of zero bytes cannot be checked.
+  // A width of 0 is rejected: the bytes could not be compared with the shape.
   if (width == 0 || width > kWidest) {
     Fail(name, "has the type '" + Printable(array.type) + "'");
   }

@@ -52,9 +52,10 @@ class NpzFile {
   void AddTexts(const std::string& name, const std::vector<size_t>& shape,
                 const std::vector<std::string>& texts);
 
+  // Writes the directory and makes the file appear.
   void Commit();
 
-  // Upper limit of a zip archive without extensions.
+  // Upper limit of a zip archive without the Zip64 extensions.
   static constexpr uint64_t kMaxBytes = 0xFFFFFFFFu;
 
  private:

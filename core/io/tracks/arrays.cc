@@ -204,7 +204,7 @@ class NpzTrackReader {
 };
 
 // An array over frames, people and joints with `width` values each. `fill` sets
-// them where a person is present. `ids` ascend.
+// them where a person is present; elsewhere they are `empty`. `ids` ascend.
 template <typename Value, typename Fill>
 std::vector<Value> Dense(const TrackSequence& tracks,
                          const std::vector<int64_t>& ids, size_t width,
@@ -229,6 +229,7 @@ std::vector<Value> Dense(const TrackSequence& tracks,
 // is allocated.
 void CheckSize(const std::string& path, const std::vector<size_t>& shape,
                bool has_covariances) {
+  // Of a joint's position and covariance; other arrays are small.
   double bytes = has_covariances ? 9 * 8.0 + 3 * 8.0 : 3 * 8.0;
   for (const size_t side : shape) bytes *= static_cast<double>(side);
   if (bytes < static_cast<double>(NpzFile::kMaxBytes)) return;
@@ -370,7 +371,7 @@ void WriteMovementTracks(const std::string& path, const TrackSequence& tracks,
   const TrackContents contents = ContentsOf(tracks);
   TrackWriteOptions write;
   write.titles = PersonTitles(RequirePeople(tracks), options.names);
-  write.within_m = 0.05;
+  write.within_m = 0.05;  // its probability is the `confidence`
   WriteTracksByAdapter("movement", path, tracks, write);
   lost_fields->push_back("bones, views and configuration are not kept");
   lost_fields->push_back(

@@ -10,6 +10,8 @@ namespace kinegraph {
 
 // Axes of a file, each an axis of the world with a sign. The default is TRC's.
 struct AxisMap {
+  // For the file's X, Y and Z: the world axis (0: x) along it, and 1, or -1 if
+  // that axis points the other way.
   std::array<int, 3> axis = {1, 2, 0};
   std::array<double, 3> sign = {1.0, 1.0, 1.0};
 
@@ -28,19 +30,19 @@ struct AxisMap {
     return axis == other.axis && sign == other.sign;
   }
 
-  // The file's axis along a world axis.
+  // The file's axis (0: X) along the world axis `of_world` (0: x).
   size_t FileAxisOf(int of_world) const {
     size_t of_file = 0;
     while (axis[of_file] != of_world) ++of_file;
     return of_file;
   }
 
-  // From the world to the file.
+  // Converts a vector from the world's axes to the file's.
   Eigen::Vector3d Apply(const Eigen::Vector3d& world) const {
     return {sign[0] * world[axis[0]], sign[1] * world[axis[1]],
             sign[2] * world[axis[2]]};
   }
-  // From the file to the world.
+  // The inverse of Apply().
   Eigen::Vector3d Invert(const Eigen::Vector3d& in_file) const {
     Eigen::Vector3d world;
     for (size_t i = 0; i < 3; ++i) {

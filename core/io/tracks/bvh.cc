@@ -113,39 +113,39 @@ Hierarchy ReadHierarchy(Words* words) {
   return hierarchy;
 }
 
-// Positions of all nodes in a frame. Position channels replace the offset, as
-// in MotionBuilder and Blender; rotations apply in the order of their channels,
-// the first outermost.
-std::vector<Vector3d> PlacesOf(const Hierarchy& hierarchy,
-                               const std::vector<double>& values) {
+// Positions of all nodes in a frame, in the file's unit and axes. Position
+// channels replace the offset, as in MotionBuilder and Blender; rotations are
+// multiplied in the order of their channels, the first outermost.
+std::vector<Vector3d> PositionsOf(const Hierarchy& hierarchy,
+                                  const std::vector<double>& values) {
   constexpr double kRadians = kPi / 180.0;
-  std::vector<Vector3d> places(hierarchy.nodes.size());
-  std::vector<Matrix3d> turns(hierarchy.nodes.size());
+  std::vector<Vector3d> positions(hierarchy.nodes.size());
+  std::vector<Matrix3d> rotations(hierarchy.nodes.size());
   size_t next = 0;
   for (size_t n = 0; n < hierarchy.nodes.size(); ++n) {
     const BvhNode& node = hierarchy.nodes[n];
     Vector3d local = node.offset;
-    Matrix3d turn = Matrix3d::Identity();
+    Matrix3d rotation = Matrix3d::Identity();
     for (const Channel& channel : node.channels) {
       const double value = values[next++];
       if (channel.is_position) {
         local[channel.axis] = value;
       } else {
-        turn *=
+        rotation *=
             Eigen::AngleAxisd(value * kRadians, Vector3d::Unit(channel.axis))
                 .toRotationMatrix();
       }
     }
     if (node.parent < 0) {
-      places[n] = local;
-      turns[n] = turn;
+      positions[n] = local;
+      rotations[n] = rotation;
     } else {
       const auto parent = static_cast<size_t>(node.parent);
-      places[n] = places[parent] + turns[parent] * local;
-      turns[n] = turns[parent] * turn;
+      positions[n] = positions[parent] + rotations[parent] * local;
+      rotations[n] = rotations[parent] * rotation;
     }
   }
-  return places;
+  return positions;
 }
 
 // kinegraph's names for joints of CMU's and Mixamo's skeletons, in which a
@@ -215,7 +215,8 @@ double RateOf(double step_s, std::string_view text) {
   }
   const auto digits = static_cast<double>(text.size() - point - 1);
   const double rounding_s = 0.5 * std::pow(10.0, -digits);
-  // Fewer digits may mean many rates.
+  // With fewer digits, the periods of several whole rates round to the same
+  // text.
   const bool is_precise = rounding_s < 0.01 * step_s;
   return is_precise && std::abs(1.0 / whole - step_s) <= rounding_s
              ? whole
@@ -241,7 +242,8 @@ Motion ReadMotion(Words* words) {
 // The nearest whole rate [Hz] if the difference may be due to a rounded period:
 // 0.033333 s is 30 Hz.
 double NearWhole(double rate_hz) {
-  constexpr double kNear = 5e-4;  // NTSC rates differ by a thousandth
+  // Relative; NTSC rates such as 29.97 Hz differ by twice as much.
+  constexpr double kNear = 5e-4;
   const double whole = std::round(rate_hz);
   return std::abs(rate_hz - whole) < kNear * whole ? whole : rate_hz;
 }
@@ -253,10 +255,10 @@ void ReadBvhFrames(const Hierarchy& hierarchy,
   std::vector<double> values(hierarchy.channel_count);
   for (int64_t f = 0; f < frame_count; ++f) {
     for (double& value : values) value = words->Number("a channel's value");
-    const std::vector<Vector3d> places = PlacesOf(hierarchy, values);
+    const std::vector<Vector3d> positions = PositionsOf(hierarchy, values);
     Pose3d& pose = collector->Add(f, id)->joints;
     for (size_t j = 0; j < joints.size(); ++j) {
-      pose[j] = {axes.Invert(kMetresPerCentimetre * places[joints[j]]),
+      pose[j] = {axes.Invert(kMetresPerCentimetre * positions[joints[j]]),
                  JointStatus::kObserved};
       if (!pose[j].position_m.allFinite()) {
         throw InputError("the position of a joint is not a finite number");
@@ -362,10 +364,11 @@ class BvhWriter {
     }
     size_t there = 0;
     for (const auto& [id, span] : spans_) there += span.count;
-    // Beyond these limits, with many people who are present only briefly, files
-    // would consist mostly of repeated poses.
+    // Every file has all rows of the recording, unless these are more, summed
+    // over people, than both limits: with many people who are present only
+    // briefly, files would consist mostly of repeated poses.
     constexpr size_t kMostRows = 200'000;
-    constexpr size_t kMostTimes = 5;
+    constexpr size_t kMostTimes = 5;  // as many as the people's own rows
     const size_t all = rows.size() * spans_.size();
     on_one_clock_ = all <= std::max(kMostRows, kMostTimes * there);
   }
@@ -378,7 +381,8 @@ class BvhWriter {
     }
     const TreeMotion motion = SolveTreeMotion(tree_, poses, axes_);
     losses_.See(tree_, motion, PersonLabel(id.value()));
-    // The first and the last pose are repeated before and after the person.
+    // Before the person's first row the first pose is repeated, and after the
+    // last row the last pose.
     const size_t before = on_one_clock_ ? span.first : 0;
     const size_t after =
         on_one_clock_ ? rows_.size() - span.first - span.count : 0;
@@ -470,8 +474,9 @@ class BvhWriter {
   const AxisMap axes_;
   const JointTree tree_;
   std::map<int64_t, Span> spans_;  // by identity
-  bool on_one_clock_ = true;
-  // Distances of joints of the rigid skeleton from the tracks.
+  bool on_one_clock_ = true;       // every file has all rows of the recording
+  // Distances of joints of the rigid skeleton from the joints seen in the
+  // tracks.
   double misfit_m2_ = 0.0;
   double largest_misfit_m_ = 0.0;
   int64_t misfits_ = 0;

@@ -1,7 +1,7 @@
-// Reading C3D files. The label "Anna:l_knee" is a joint of person
-// Anna; without such labels all points are one person, unless every label
-// occurs equally often, more than once: then each time for another person. In a
-// file without points the joints are the origins of segments.
+// Reading C3D files. The label "Anna:l_knee" is a joint of person Anna. Points
+// without such prefixes are one person's, unless every label occurs the same
+// number of times, twice or more: then the nth points of all labels are the nth
+// person's. In a file without points the joints are the origins of segments.
 #include "core/io/tracks/c3d.h"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ struct Contents {
   std::vector<Point> points;
 };
 
-// Distinct texts in order of appearance.
+// Numbers distinct texts in order of appearance, from 0.
 class Places {
  public:
   size_t Of(const std::string& text) {
@@ -52,6 +52,7 @@ class Places {
   std::vector<std::string> texts_;
 };
 
+// The id in a prefix such as "person_3:".
 std::optional<TrackId> IdOf(const std::string& prefix) {
   constexpr std::string_view kBegins = "person_";
   if (prefix.rfind(kBegins, 0) != 0 || prefix.back() != ':')
@@ -71,7 +72,7 @@ class Labels {
   Labels(const C3dValues& values, std::vector<std::string> labels)
       : labels_(std::move(labels)),
         prefixes_(values.Texts("SUBJECTS:LABEL_PREFIXES")),
-        called_(values.Texts("SUBJECTS:NAMES")),
+        subject_names_(values.Texts("SUBJECTS:NAMES")),
         uses_prefixes_(values.Number("SUBJECTS:USES_PREFIXES") != 0.0) {}
 
   Contents Read() {
@@ -79,9 +80,10 @@ class Labels {
     for (const std::string& label : labels_) {
       if (IsJoint(label)) ++counts[label];
     }
-    // If all labels occur equally often, each occurs once per person.
+    // If all labels occur equally often, and more than once, each occurs once
+    // per person.
     const size_t copies = counts.empty() ? 0 : counts.begin()->second;
-    const bool is_set_each =
+    const bool is_one_set_each =
         copies > 1 &&
         std::all_of(counts.begin(), counts.end(),
                     [&](const auto& count) { return count.second == copies; });
@@ -93,12 +95,12 @@ class Labels {
       if (!IsJoint(labels_[i])) continue;
       auto [subject, joint] = Split(labels_[i]);
       const size_t copy = seen[labels_[i]]++;
-      if (is_set_each && subject.empty()) {
-        subject = copy < called_.size()
-                      ? called_[copy] + ":"
+      if (is_one_set_each && subject.empty()) {
+        subject = copy < subject_names_.size()
+                      ? subject_names_[copy] + ":"
                       : PersonLabel(static_cast<int64_t>(copy)) + ":";
       } else if (copy > 0) {
-        joint = Unlike(counts, subject, joint, copy + 1);
+        joint = UniqueName(counts, subject, joint, copy + 1);
       }
       contents.points.push_back({i, subjects.Of(subject), joints.Of(joint)});
     }
@@ -109,9 +111,9 @@ class Labels {
 
  private:
   // A unique name such as "C7_2" for the second point labelled C7.
-  static std::string Unlike(const std::map<std::string, size_t>& labels,
-                            const std::string& subject,
-                            const std::string& joint, size_t number) {
+  static std::string UniqueName(const std::map<std::string, size_t>& labels,
+                                const std::string& subject,
+                                const std::string& joint, size_t number) {
     std::string other;
     do {
       other = joint + "_" + std::to_string(number++);
@@ -132,15 +134,17 @@ class Labels {
     const size_t colon = label.find(':');
     if (size == 0 && colon != std::string::npos && colon > 0 &&
         colon + 1 < label.size() &&
-        (uses_prefixes_ || std::count(called_.begin(), called_.end(),
-                                      label.substr(0, colon)) > 0)) {
+        (uses_prefixes_ ||
+         std::count(subject_names_.begin(), subject_names_.end(),
+                    label.substr(0, colon)) > 0)) {
       size = colon + 1;
     }
     return {label.substr(0, size), label.substr(size)};
   }
 
-  // Sets ids and names. If all prefixes are like "person_3:", their numbers are
-  // the ids, otherwise ids are 0, 1, 2 in order. SUBJECTS:NAMES has the names.
+  // Sets ids and names. If all prefixes are like "person_3:", with different
+  // numbers, these are the ids, otherwise ids are 0, 1, 2 in order of
+  // appearance. Names are those of SUBJECTS:NAMES, otherwise the prefixes.
   void NamePeople(const std::vector<std::string>& subjects,
                   Contents* contents) const {
     std::set<TrackId> taken;
@@ -157,7 +161,9 @@ class Labels {
       const auto place = std::find(prefixes_.begin(), prefixes_.end(), prefix);
       const auto index = static_cast<size_t>(place - prefixes_.begin());
       const bool is_listed = index < prefixes_.size() || subjects.size() == 1;
-      if (is_listed && index < called_.size()) name = called_[index];
+      if (is_listed && index < subject_names_.size()) {
+        name = subject_names_[index];
+      }
       if (!IdOf(name + ":")) names[s] = name;
     }
     const bool all_numbered =
@@ -170,7 +176,7 @@ class Labels {
 
   const std::vector<std::string> labels_;
   const std::vector<std::string> prefixes_;
-  const std::vector<std::string> called_;
+  const std::vector<std::string> subject_names_;
   const bool uses_prefixes_;
 };
 
@@ -184,8 +190,9 @@ std::string SegmentName(const std::string& label) {
   return label;
 }
 
-// Removes the labels of quantities that Vicon's models compute and store as
-// points, such as angles [degrees] and forces; they are listed separately.
+// Empties the labels of quantities that Vicon's models compute and store as
+// points, such as angles [degrees] and forces. POINT:ANGLES, POINT:FORCES, ...
+// list these labels.
 void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
   std::set<std::string> modelled;
   for (const char* kind :
@@ -205,7 +212,8 @@ void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
 }
 
 Contents ContentsOf(const C3dFile& file) {
-  // Limits memory: every person has an entry for every joint.
+  // Limits memory: every person gets an entry for every joint, at most this
+  // many for each point of the file.
   constexpr size_t kMostPlaces = 64;
   const bool has_points = file.points().width > 0;
   std::vector<std::string> labels =
@@ -299,15 +307,16 @@ double PlateNumber(const C3dValues& values, const std::string& name,
   return values.Number("FORCE_PLATFORM:" + name, index).value_or(otherwise);
 }
 
-// Weights of the plate's channels whose sum is the vertical load.
+// The weights with which the plate's channels add up to its vertical load;
+// empty for types other than 1 to 4.
 std::vector<double> LoadWeights(const C3dValues& values, size_t plate) {
   switch (static_cast<int>(PlateNumber(values, "TYPE", plate))) {
     case 1:
     case 2:
       return {0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
-    case 3:  // four corners
+    case 3:  // channels 5 to 8: vertical forces at the four corners
       return {0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0};
-    case 4: {  // the matrix's row for the third force; stored by columns
+    case 4: {  // row of the calibration matrix for Fz; stored by columns
       std::vector<double> weights;
       for (size_t c = 0; c < 6; ++c) {
         weights.push_back(PlateNumber(
@@ -391,7 +400,7 @@ std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
     for (size_t plate = 0; static_cast<double>(plate) < used; ++plate) {
       weights.push_back(LoadWeights(file.values(), plate));
     }
-    // All rows have the length of the longest plate's.
+    // One row per plate, each as long as for the plate with most channels.
     const size_t row_length = file.values().RowLength("FORCE_PLATFORM:CHANNEL");
     std::vector<ForcePlate> plates;
     for (size_t plate = 0; plate < weights.size(); ++plate) {

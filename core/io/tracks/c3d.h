@@ -16,8 +16,8 @@
 namespace kinegraph {
 
 struct SegmentFrame {
-  int64_t frame = 0;
-  // One per segment, metres; nullopt if missing.
+  int64_t frame = 0;  // from 0, whereas C3D counts from 1
+  // One per segment, in metres; nullopt if missing.
   std::vector<std::optional<Eigen::Isometry3d>> world_from_segment;
 };
 
@@ -28,15 +28,16 @@ struct SegmentSequence {
 };
 
 // Reads the segments of a C3D file, including the segment of the laboratory
-// ("worldbody"); none if the file has only points. For files without points,
-// ReadTracks() returns the origins of segments as joints. `axes`: see
+// ("worldbody"); no frames if the file has only points. For files without
+// points, ReadTracks() returns the origins of segments as joints. `axes`: see
 // TrackReadOptions. Throws InputError naming the file.
 SegmentSequence ReadSegments(const std::string& path,
                              const std::optional<AxisMap>& axes = {});
 
 // Reads force plates of types 1 to 4 (c3d.org's user guide); other types are
-// ignored. Positions are in the world axes of ReadTracks(). Throws InputError
-// naming the file if it has no plates or lacks their channels.
+// ignored. Positions are in the world as ReadTracks() returns it without
+// TrackReadOptions::axes; the unit of the channels must be the newton. Throws
+// InputError naming the file if it has no such plates or lacks their channels.
 std::vector<ForcePlate> ReadForcePlates(const std::string& path);
 
 }  // namespace kinegraph

@@ -14,8 +14,8 @@ namespace kinegraph {
 namespace {
 
 constexpr double kMostFrames = 1e9;
-constexpr int64_t kFull = 65535;  // maximum of a word (-1 if it is signed)
-constexpr int64_t kWords = 65536;
+constexpr int64_t kFull = 65535;   // maximum of a word (-1 if it is signed)
+constexpr int64_t kWords = 65536;  // number of values of a word
 
 std::string Upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -47,6 +47,7 @@ std::string AsUtf8(const std::string& text) {
   return utf8;
 }
 
+// Length in metres of the unit in POINT:UNITS, by default millimetres.
 double MetresOf(const std::vector<std::string>& units) {
   const std::string unit = units.empty() ? "" : Upper(units.front());
   for (const auto& [name, metres] :
@@ -59,6 +60,7 @@ double MetresOf(const std::vector<std::string>& units) {
 
 bool IsRate(double hz) { return hz > 0.0 && hz <= kMaxFrameRate_hz; }
 
+// Offset of a block, counted from 1; 0 if the number is not valid.
 size_t BlockBegin(double block) {
   return block >= 1.0 && block <= static_cast<double>(kFull)
              ? kC3dBlock * (static_cast<size_t>(block) - 1)
@@ -153,8 +155,8 @@ std::vector<std::string> C3dValues::Texts(const std::string& name) const {
 class C3dRange {
  public:
   // Collects the first frame, and the number of frames by each convention, the
-  // most reliable first. 0 means unspecified; a full word means this many or
-  // more.
+  // most reliable first. A count of 0 means unspecified; a word of 65535 means
+  // this many or more.
   C3dRange(const C3dBytes& bytes, const C3dValues& values)
       : bytes_(bytes), values_(values) {
     const auto state = [&](const char* where, int64_t count, bool is_word,
@@ -191,7 +193,8 @@ class C3dRange {
   }
 
   // The first stated count for which the frames end less than a block before
-  // the end of the data. Counts in a word may have overflowed.
+  // `end`, the end of the data; otherwise the first that fits if a word is
+  // assumed to have overflowed; nullopt if there is none.
   std::optional<int64_t> FittingCount(const C3dFrames& frames,
                                       size_t end) const {
     if (frames.frame_bytes == 0 || frames.begin > end) return std::nullopt;
@@ -225,6 +228,8 @@ class C3dRange {
     return std::max<int64_t>(first, 1) - 1;
   }
 
+  // The number of frames; throws InputError if what the file states contradicts
+  // itself or the size of the data.
   int64_t CountOf(const C3dFrames& frames, size_t end) const {
     if (const auto count = FittingCount(frames, end)) return *count;
     const int64_t room =
@@ -253,8 +258,8 @@ class C3dRange {
       return most_trusted.count;
     }
     if (room < at_least_) throw InputError("is cut off");
-    // Only the file's size determines the count. The last block may be padded
-    // with zeros.
+    // Only the file's size determines the count. Frames of zeros in the last
+    // block are padding.
     int64_t count = room;
     const auto begin_of = [&](int64_t frame) {
       return frames.begin + static_cast<size_t>(frame) * frames.frame_bytes;

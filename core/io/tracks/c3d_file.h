@@ -26,6 +26,7 @@ inline constexpr size_t kC3dBlock = 512;
 // the end throws InputError.
 class C3dBytes {
  public:
+  // Codes of the parameter section.
   enum Order { kIntel = 84, kDec = 85, kMips = 86 };
 
   explicit C3dBytes(std::string text) : text_(std::move(text)) {}
@@ -85,21 +86,22 @@ class C3dValues {
   double NumberOrZero(const std::string& name, size_t index = 0) const {
     return Number(name, index).value_or(0.0);
   }
-  // Length of a row, which is the fastest dimension; 0 if absent.
+  // Size of the first dimension, which varies fastest; 0 if absent.
   size_t RowLength(const std::string& name) const;
   // The texts, including those of NAME2, NAME3, ..., without trailing spaces;
   // empty for numbers. Texts that are not UTF-8 are read as Latin-1.
   std::vector<std::string> Texts(const std::string& name) const;
 
  private:
-  // The values of a parameter.
+  // Type, shape and position in the file of a parameter's values.
   struct Place {
     int type = 0;  // -1 characters, 1 bytes, 2 words, 4 floats
     std::vector<size_t> shape;
     size_t count = 1;  // at most seven dimensions of 255: no overflow
-    size_t at = 0;
+    size_t at = 0;     // offset of the first value
   };
 
+  // Reads the type and shape at an offset; nullopt if they are malformed.
   std::optional<Place> PlaceAt(size_t at) const;
   const Place* Find(const std::string& name) const {
     const auto found = places_.find(name);
@@ -142,9 +144,9 @@ class C3dFile {
   const C3dAnalog& analog() const { return analog_; }
   double unit_m() const { return unit_m_; }
 
-  // Position in metres, in the axes of the file. nullopt for a missing point:
-  // with a negative residual, not a number, or at 0, 0, 0 with residual 0, as
-  // many programs write missing points.
+  // Position in metres, in the axes of the file; frames count from 0. nullopt
+  // for a missing point: one with a negative residual or a number that is not
+  // finite, or at 0, 0, 0 with residual 0, as many programs write it.
   std::optional<Eigen::Vector3d> Point(int64_t frame, size_t point) const;
   // A sample in the unit of the channel.
   double Analog(int64_t frame, size_t sample, size_t channel) const;

@@ -51,8 +51,7 @@ struct TrackFormat {
 
   std::string name;
   std::string layout;  // one line for users
-  // Extensions for which this format is written; empty if others take
-  // precedence.
+  // Extensions of --out that select this format; empty if only --to does.
   std::vector<std::string> extensions;
   Recognise recognise = nullptr;
   Read read = nullptr;    // null: write only
@@ -70,9 +69,10 @@ struct TrackFormat {
   // it is the file of one person. Empty for other formats.
   std::string person_extension = "";
   bool is_file_a_frame = false;  // a folder with one file per frame
-  // Every file that it recognises contains tracks.
+  // Every file that `recognise` accepts contains tracks.
   bool is_unmistakable = true;
-  // kinegraph-adapters recognises and reads it (if `read`) and writes it.
+  // kinegraph-adapters recognises and reads it (unless `read` is null) and
+  // writes it.
   bool is_of_adapter = false;
 };
 
@@ -91,8 +91,9 @@ TrackHead LookAtTracks(const std::string& path);
 // The first format that recognises `head`, or nullptr.
 const TrackFormat* RecogniseTracks(const TrackHead& head);
 
-// The format in the options, otherwise the one that recognises the path. Throws
-// InputError if there is none and OptionError for an unknown name.
+// The format in the options, otherwise the one that recognises the path, and
+// kinegraph's own for a pipe. Throws InputError if no format recognises the
+// path and OptionError for an unknown name.
 const TrackFormat& FormatOfTracks(const std::string& path,
                                   const TrackReadOptions& options);
 

@@ -128,7 +128,8 @@ void AppendFloats(const Vector& numbers, std::vector<float>* values) {
 class Body {
  public:
   Body(const JointTree& tree, const std::vector<Vector3d>& rest_m) {
-    // Limit the size of balls, also relative to the bones of a small animal.
+    // Radius of the octahedra: a twentieth of the longest bone, but at most
+    // kBall_m.
     double ball_m = 0.0;
     for (size_t j = 1; j < tree.size(); ++j) {
       const Vector3d bone_m = rest_m[j] - rest_m[tree[j].parent];
@@ -239,7 +240,8 @@ class Scene {
     }
   }
 
-  // The document except for the buffer and the closing brackets.
+  // The document up to the buffer's length: without its URI and the closing
+  // brackets.
   std::string Document() const {
     const TrackFrame& first = tracks_.frames.front();
     return fmt::format(
@@ -298,16 +300,16 @@ class Scene {
       const Vector3d at = LocalPosition(person.motion, 0, j);
       // Rounding may move components of a unit quaternion beyond 1, which glTF
       // forbids.
-      const Eigen::Vector4d turn = person.motion.Local(tree_, 0, j)
-                                       .coeffs()
-                                       .cwiseMax(-1.0)
-                                       .cwiseMin(1.0);
+      const Eigen::Vector4d rotation = person.motion.Local(tree_, 0, j)
+                                           .coeffs()
+                                           .cwiseMax(-1.0)
+                                           .cwiseMin(1.0);
       std::vector<size_t> children = tree_[j].children;
       for (size_t& child : children) child += person.node + 1;
       nodes_.Add(fmt::format(
           R"({{"name":{},"translation":[{},{},{}],"rotation":[{},{},{},{}]{}}})",
-          JsonText(prefix + tree_[j].name), at.x(), at.y(), at.z(), turn.x(),
-          turn.y(), turn.z(), turn.w(),
+          JsonText(prefix + tree_[j].name), at.x(), at.y(), at.z(),
+          rotation.x(), rotation.y(), rotation.z(), rotation.w(),
           children.empty()
               ? ""
               : fmt::format(",\"children\":[{}]", fmt::join(children, ","))));
@@ -354,20 +356,22 @@ class Scene {
     for (const size_t row : person.rows) times_s.push_back(SecondsOf(row));
     const size_t input = buffer_.AddBounded(times_s, 1);
     for (size_t j = 0; j < tree_.size(); ++j) {
-      std::vector<float> places;
-      std::vector<float> turns;
+      std::vector<float> translations;
+      std::vector<float> rotations;
       Quaterniond last = Quaterniond::Identity();
       for (const size_t row : person.of_motion) {
-        AppendFloats(LocalPosition(person.motion, row, j), &places);
-        Quaterniond turn = person.motion.Local(tree_, row, j);
-        // Of both signs the one nearer to the previous row, for interpolation.
-        if (turn.dot(last) < 0.0) turn.coeffs() *= -1.0;
-        last = turn;
-        AppendFloats(turn.coeffs(), &turns);  // x, y, z, w
+        AppendFloats(LocalPosition(person.motion, row, j), &translations);
+        Quaterniond rotation = person.motion.Local(tree_, row, j);
+        // Of the quaternion's two signs, the one nearer to the previous row,
+        // for interpolation.
+        if (rotation.dot(last) < 0.0) rotation.coeffs() *= -1.0;
+        last = rotation;
+        AppendFloats(rotation.coeffs(), &rotations);  // x, y, z, w
       }
       const size_t node = person.node + 1 + j;
-      AddChannel(node, "translation", "LINEAR", input, buffer_.Add(places, 3));
-      AddChannel(node, "rotation", "LINEAR", input, buffer_.Add(turns, 4));
+      AddChannel(node, "translation", "LINEAR", input,
+                 buffer_.Add(translations, 3));
+      AddChannel(node, "rotation", "LINEAR", input, buffer_.Add(rotations, 4));
     }
     if (person.rows.size() < rows_.size()) AddVisibility(person);
   }

@@ -21,7 +21,7 @@ std::vector<TrackId> ReadPersons(const JsonField& field) {
   for (const JsonField& person : field.Elements(field.where() + ", entry")) {
     const int64_t id = person.Integer();
     if (id < 0 || id > kMaxEditedId)
-      person.FailExpected("an identity, 0 or above");
+      person.FailExpected("an identity, 0 .. 2^50");
     persons.emplace_back(id);
   }
   if (persons.empty()) field.FailExpected("one or two identities");

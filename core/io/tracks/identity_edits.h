@@ -15,8 +15,9 @@ namespace kinegraph {
 // `op` is join, cut, swap, delete, name (with "name": "Anna") or undecided.
 // Evidence and margin are optional and only informative. The first line may
 // identify the tracks (side_files.h); it is skipped. Throws InputError naming
-// file and line for an unknown key or op, persons or frames of another shape,
-// or an empty range (which join and undecided may have).
+// file and line for an unknown key or op, malformed persons or frames, or an
+// empty range of frames (which join and undecided may have, if two people
+// overlap in time).
 std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path);
 
 // The file appears only when complete. `tracks`: the fingerprint of the tracks

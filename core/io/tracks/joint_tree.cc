@@ -245,7 +245,7 @@ class TreeMaker {
   const Skeleton& skeleton_;
   const std::vector<bool>& is_seen_;
   bool is_human_ = false;
-  bool by_body_ = false;
+  bool by_body_ = false;     // bones are completed by anatomy
   std::vector<Node> nodes_;  // the skeleton's joints, then added centres
   JointTree tree_;
 };

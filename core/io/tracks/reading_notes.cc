@@ -16,7 +16,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Tolerance for "upright": a seated person leans from ankles to shoulders.
+// Tolerance for "upright": in a seated person the line from the ankles to the
+// shoulders is inclined.
 constexpr double kNear_deg = 40.0;
 
 // Median diagonal of the bounding boxes of people [m]; 0 without people.
@@ -35,7 +36,7 @@ double MedianExtent(const TrackSequence& tracks) {
   return Median(std::move(extents_m));
 }
 
-// Accepts sizes from a newborn to a tall person with raised arms.
+// Wide limits, which a newborn and a tall person with raised arms meet.
 bool IsPlausible(double extent_m) { return extent_m > 0.3 && extent_m < 5.0; }
 
 // The axis of the component with the largest magnitude.

@@ -23,31 +23,34 @@ std::string UnitNote(const std::string& path, const TrackReadOptions& options,
 // How the people of tracks stand; skeletons that are not human are ignored.
 Stance StanceOf(const TrackSequence& tracks);
 
-// The note "people stand along -y of the world, not along z, which trc shows as
-// up", and the --axes that correct this; empty if none do.
 struct AxesNote {
+  // "people stand along -y of the world, not along z, which trc shows as up".
   std::string text;
+  // The --axes with which people stand upright; empty if there are none.
   std::string axes;
 };
-// nullopt if people stand as the format expects, or if it has no upward axis.
-// `axes`: replaces the format's axes. `stated`: StatedUp of the source of the
-// tracks.
+// A note for tracks to be written to `format`; nullopt if people stand along
+// its upward axis, or if it has none. `axes` replace the format's axes.
+// `cameras` (may be empty) and `stated`, the StatedUp of the file from which
+// the tracks were read, are further evidence on the vertical.
 std::optional<AxesNote> FindAxesNote(
     const Stance& stance, const CameraRig& cameras, const TrackFormat& format,
     const std::optional<AxisMap>& axes,
     const std::optional<Eigen::Vector3d>& stated = std::nullopt);
 
-// The world axis that is up in tracks read from the format; nullopt if the
-// format has no upward axis.
+// Unit vector: the world axis that is up in tracks read from the format;
+// nullopt if the format has no upward axis.
 std::optional<Eigen::Vector3d> StatedUp(const TrackFormat& format);
-// The same for a file; nullopt for a pipe.
+// The same for the format that recognises the path; nullopt for a pipe.
 std::optional<Eigen::Vector3d> StatedUp(const std::string& path);
 
-// The --axes that map the world axis `up`, of a file read with the axes `read`,
-// to z.
+// If a file was read with the axes `read` and people stand along the signed
+// world axis `up`: the --axes with which reading it again makes them stand
+// along z.
 std::string AxesOfReading(const AxisMap& read, const Eigen::Vector3d& up);
-// A note on tracks read from a format with axes of its own, if other --axes
-// make people stand along z.
+// A note on tracks read from `format`, which must have axes of its own, with
+// `axes` (nullopt: the format's); nullopt unless people stand along another
+// axis of the world than z.
 std::optional<AxesNote> FindReadingNote(const Stance& stance,
                                         const TrackFormat& format,
                                         const std::optional<AxisMap>& axes);

@@ -36,8 +36,8 @@ template <typename... Args>
 
 // The convention of motion capture laboratories: Z is up.
 inline AxisMap C3dAxes() { return AxisMap::Parse("x,y,z"); }
-// For BVH and glTF. Blender rotates from Y up to Z up, and thus shows the world
-// of the tracks.
+// For BVH and glTF, in which Y is up. Blender's importers rotate Y to Z and
+// thereby restore the world of the tracks.
 inline AxisMap AnimationAxes() { return AxisMap::Parse("x,z,-y"); }
 
 // ---- Reading ----
@@ -65,7 +65,7 @@ inline Eigen::Vector3d CentimetresOf(const Joint3d& joint) {
 // file.
 JointStatus ParseJointStatus(std::string_view text);
 
-// Collects people; frames may be in any order.
+// Collects people; frames may be added in any order.
 class TrackCollector {
  public:
   // `mode`: name of the format. The frame rate is the one in the options,
@@ -78,7 +78,7 @@ class TrackCollector {
   // Adds a person. Throws InputError, which does not name the file, if the
   // frame has this person already.
   PersonPose* Add(int64_t frame, TrackId id);
-  // Adds a person with at least one joint; creates the frame in any case.
+  // Adds the person if any joint is present; creates the frame in any case.
   void AddIfSeen(int64_t frame, TrackId id, Pose3d joints);
   TrackSequence Finish();
 
@@ -132,8 +132,8 @@ std::optional<TrackId> PersonIdOf(std::string_view text);
 // "person_3", the label of a person without a name.
 std::string PersonLabel(int64_t id);
 
-// The name of each person, or "person_3" without a name. For people of the same
-// name the id is added, so that all titles differ.
+// The name of each person, or "person_3" without a name. People of the same
+// name become "Anna_person_3", so that all titles differ.
 std::vector<std::string> PersonTitles(const std::vector<int64_t>& ids,
                                       const PersonNames& names);
 
@@ -206,7 +206,8 @@ void NoteLosses(const TrackContents& contents,
                 std::initializer_list<Loss> losses, LostFields* lost_fields);
 // Notes the losses of formats that store only frames, identities and positions.
 void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields);
-// Notes rows for frames that the input lacks.
+// Notes rows for frames that the input lacks; `what` says what these contain:
+// "have empty rows".
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
                    const std::string& what, LostFields* lost_fields);
 // If an identity is `first_lost` or above, notes that readers of the format
@@ -216,8 +217,8 @@ void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
 // Notes that the file does not specify the skeleton.
 void NoteSkeleton(const TrackSequence& tracks, LostFields* lost_fields);
 
-// The longest beginning of `text` of up to `max_bytes` that does not end within
-// a UTF-8 character.
+// The longest prefix of `text` of up to `max_bytes` that does not end within a
+// UTF-8 character.
 std::string WholeLetters(const std::string& text, size_t max_bytes);
 
 }  // namespace kinegraph

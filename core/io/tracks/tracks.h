@@ -28,14 +28,14 @@ struct TrackReadOptions {
   // Overrides the file's rate. 0: not given; then 29.97 for Panoptic and 25 for
   // longcw, whose frame numbers are round(rate * timestamp).
   double frame_rate_hz = 0.0;
-  // Refuses that rate if the file states another one.
+  // Throws InputError if the file states another rate than frame_rate_hz.
   bool refuse_other_rate = false;
   // Frame of the first entry of 4D association's files: Shelf's test set begins
   // at 300.
   int64_t first_frame = 300;
   StoredZeros stored_zeros = StoredZeros::kMissing;
   // The world axes along the file's X, Y, Z, for formats with axes of their own
-  // (TRC); otherwise the format's.
+  // (TRC); nullopt: the format's.
   std::optional<AxisMap> axes;
   // Unit of the file's lengths [m], for formats that do not specify it (BVH);
   // 0: the format's usual unit.

@@ -147,9 +147,10 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
 // is less than 0.75 frames from it, otherwise the frame at that time. Programs
 // that trim a recording keep the times, but renumber rows and
 // OrigDataStartFrame from 0 or 1. A tolerance of a quarter of a frame permits
-// rounded times and rates. If the times restart as well, or lie between frames,
-// the header determines the frame; it is 0-based here and in Pose2Sim, whose
-// rows and times count from 1, and 1-based in laboratories' files.
+// rounded times and rates. If the times restart as well, at 0 or, as in
+// Pose2Sim, after one frame, or are negative or between frames, the frame is
+// OrigDataStartFrame. It is 0-based here and in Pose2Sim, but 1-based in
+// laboratories' files, so that a start of 1 with a time of 0 is frame 0.
 int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
   const double by_time = time_s * header.frame_rate_hz;
   const double nearest = std::round(by_time);

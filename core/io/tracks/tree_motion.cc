@@ -72,13 +72,14 @@ std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
       sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  constexpr double kSmallest = 0.01;  // below: collinear
+  constexpr double kSmallest = 0.01;  // ratio; below, rays are collinear
   if (prior == nullptr &&
       !(svd.singularValues()[1] > kSmallest * svd.singularValues()[0])) {
     return std::nullopt;
   }
-  const Eigen::Matrix3d turn = svd.matrixU() * svd.matrixV().transpose();
-  const Eigen::Vector3d sign(1.0, 1.0, turn.determinant() < 0.0 ? -1.0 : 1.0);
+  const Eigen::Matrix3d rotation = svd.matrixU() * svd.matrixV().transpose();
+  const Eigen::Vector3d sign(1.0, 1.0,
+                             rotation.determinant() < 0.0 ? -1.0 : 1.0);
   return Quaterniond(Eigen::Matrix3d(svd.matrixU() * sign.asDiagonal() *
                                      svd.matrixV().transpose()));
 }
@@ -114,10 +115,10 @@ class Solver {
 
   TreeMotion Solve() {
     for (size_t j = 0; j < tree_.size(); ++j) {
-      Place(j);
-      Shape(j);
-      Turn(j);
-      if (j == 0) PlaceRootByOthers();
+      SetPositions(j);
+      SetRestDirections(j);
+      SetRotations(j);
+      if (j == 0) PlaceRootByNeighbours();
     }
     return std::move(motion_);
   }
@@ -335,7 +336,7 @@ class Solver {
   }
 
   // The rotation of the joint's parent; for the root the identity until
-  // Turn(0).
+  // SetRotations(0).
   const Quaterniond& Above(size_t joint, size_t row) const {
     return motion_.rows[row].global[tree_[joint].parent];
   }
@@ -345,7 +346,7 @@ class Solver {
   // the parent in a typical row; several bones get their mean shape, rotated to
   // the directions by name. A bone without any direction extends its parent's
   // bone.
-  void Shape(size_t joint) {
+  void SetRestDirections(size_t joint) {
     if (tree_[joint].children.empty()) return;
     const std::vector<Spoke> spokes = SpokesOf(joint);
     const size_t typical = TypicalRow(spokes);
@@ -369,8 +370,10 @@ class Solver {
     }
   }
 
-  // Where the names do not determine the rotation, it is the one relative to
-  // the joint's parent in the typical row.
+  // Sets the rest directions of several bones that begin at a joint: their mean
+  // shape, rotated to the directions by name. Where the names do not determine
+  // the rotation, it is the one relative to the joint's parent in the typical
+  // row.
   void ShapeSeveral(size_t joint, const std::vector<Spoke>& spokes,
                     size_t typical, const Quaterniond& as_seen) {
     // Directions by name, before the shape replaces them.
@@ -390,11 +393,11 @@ class Solver {
         rays.push_back({*spokes[s].rest_m, named[s]});
       }
     }
-    const Quaterniond turn = *Fit(rays, &as_seen);
+    const Quaterniond rotation = *Fit(rays, &as_seen);
     for (size_t s = 0; s < spokes.size(); ++s) {
       Vector3d& rest_m = *spokes[s].rest_m;
       const bool is_unseen = !spokes[s].is_back && rest_m.isZero();
-      rest_m = is_unseen ? named[s] : Vector3d(turn * rest_m);
+      rest_m = is_unseen ? named[s] : Vector3d(rotation * rest_m);
     }
   }
 
@@ -408,11 +411,11 @@ class Solver {
       const size_t step = round < kRounds ? 1 + row_count_ / kMostRows : 1;
       std::vector<Vector3d> sums(spokes.size(), Vector3d::Zero());
       for (size_t r = 0; r < row_count_; r += step) {
-        const auto turn = Fit(RaysAt(joint, spokes, r));
-        if (!turn) continue;
+        const auto rotation = Fit(RaysAt(joint, spokes, r));
+        if (!rotation) continue;
         for (size_t s = 0; s < spokes.size(); ++s) {
           const auto bone = BoneAt(spokes[s].bone, r);
-          if (bone) sums[s] += turn->conjugate() * bone->normalized();
+          if (bone) sums[s] += rotation->conjugate() * bone->normalized();
         }
       }
       for (size_t s = 0; s < spokes.size(); ++s) {
@@ -423,7 +426,7 @@ class Solver {
   }
 
   // Sets the positions of a joint in all rows, after its parent's.
-  void Place(size_t joint) {
+  void SetPositions(size_t joint) {
     const size_t p = tree_[joint].parent;
     Known in_parent(row_count_);
     for (size_t r = 0; r < row_count_; ++r) {
@@ -442,7 +445,7 @@ class Solver {
   }
 
   // Places a missing root where its neighbours fit best.
-  void PlaceRootByOthers() {
+  void PlaceRootByNeighbours() {
     for (size_t r = 0; r < row_count_; ++r) {
       if (positions_[0][r]) continue;
       TreeMotion::Row& row = motion_.rows[r];
@@ -458,7 +461,7 @@ class Solver {
   }
 
   // Sets the rotations of a joint in all rows.
-  void Turn(size_t joint) {
+  void SetRotations(size_t joint) {
     std::vector<std::optional<Quaterniond>> local(row_count_);
     std::vector<std::vector<Ray>> too_few(row_count_);
     const std::vector<Spoke> spokes = SpokesOf(joint);
@@ -466,8 +469,8 @@ class Solver {
       const Quaterniond above = Above(joint, r);
       if (tree_[joint].children.size() > 1) {
         std::vector<Ray> rays = RaysAt(joint, spokes, r);
-        if (const auto turn = Fit(rays)) {
-          local[r] = above.conjugate() * *turn;
+        if (const auto rotation = Fit(rays)) {
+          local[r] = above.conjugate() * *rotation;
         } else {
           too_few[r] = std::move(rays);
         }
@@ -485,9 +488,9 @@ class Solver {
     const std::vector<Quaterniond> filled =
         Fill(local, Quaterniond::Identity());
     for (size_t r = 0; r < row_count_; ++r) {
-      Quaterniond turn = Above(joint, r) * filled[r];
-      if (!too_few[r].empty()) turn = *Fit(too_few[r], &turn);
-      motion_.rows[r].global[joint] = turn.normalized();
+      Quaterniond rotation = Above(joint, r) * filled[r];
+      if (!too_few[r].empty()) rotation = *Fit(too_few[r], &rotation);
+      motion_.rows[r].global[joint] = rotation.normalized();
     }
   }
 

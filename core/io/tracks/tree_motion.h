@@ -45,13 +45,15 @@ struct TreeJoint {
 using JointTree = std::vector<TreeJoint>;
 
 // Bones that form a tree are used as they are. The bones of a human skeleton
-// that form no tree, or without a joint mid_hip, are completed by anatomy: the
-// root is mid_hip, or the centre of both hips if there is no such joint;
-// likewise, neck is the centre of the shoulders; limbs are attached as in a
-// body. In other skeletons the root is the joint with the most bones, and
-// joints that a path of bones connects to it are attached. `is_seen`: for each
-// joint of the skeleton, whether it occurs in the recording; a joint that does
-// not is the root only if there is no alternative.
+// that form no tree, or without a joint mid_hip, are completed by anatomy:
+// mid_hip is the centre of both hips if there is no such joint; likewise, neck
+// is the centre of the shoulders; limbs are attached as in a body. Other joints
+// are attached if a path of bones connects them to the root.
+//
+// The root of a human skeleton is mid_hip or, if it never occurs in the
+// recording, neck; otherwise the root is the joint with the most bones among
+// those that occur. `is_seen`: for each joint of the skeleton, whether it
+// occurs in the recording.
 //
 // With `pivots`, each of several bones that begin at the same joint gets a
 // joint of its own ("neck_to_l_shoulder"), so that rotations alone can give
@@ -98,7 +100,7 @@ struct TreeMotion {
 // seen.
 //
 // `poses` has one entry per row, null where the person is absent; the first and
-// the last are not null. Positions are in the file's axes.
+// the last are not null. The result is in the file's axes.
 TreeMotion SolveTreeMotion(const JointTree& tree,
                            const std::vector<const PersonPose*>& poses,
                            const AxisMap& axes);
@@ -106,6 +108,7 @@ TreeMotion SolveTreeMotion(const JointTree& tree,
 // Notes on what the trees of all people cannot represent.
 class TreeLosses {
  public:
+  // Adds the motion of a person; `person` is the name in notes.
   void See(const JointTree& tree, const TreeMotion& motion,
            const std::string& person);
   // Notes joints that were interpolated in time, joints that were never seen

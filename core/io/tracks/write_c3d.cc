@@ -22,7 +22,7 @@ namespace kinegraph {
 namespace {
 
 constexpr int64_t kMaxWord = 65535;
-constexpr int kMaskBits = 7;
+constexpr int kMaskBits = 7;  // of the camera mask; the sign bit stays 0
 
 // The parameter section: groups with their parameters, in the order of
 // insertion.
@@ -32,7 +32,7 @@ class C3dParameters {
     ++group_;
     return Record(name, -group_, "");
   }
-  // Add a parameter to the last group, stored as words or floats. An empty
+  // Adds a parameter to the last group, stored as words or floats. An empty
   // shape means a scalar.
   C3dParameters& Words(const std::string& name,
                        const std::vector<size_t>& shape,
@@ -167,7 +167,8 @@ double ScaleMm(const TrackSequence& tracks) {
   return std::max(coordinate_mm / kMaxInteger, residual_mm / kMaxResidual);
 }
 
-// One bit for each of the first seven cameras that observed the joint.
+// Bit v is set if view v, one of the first seven, observed the joint with a
+// positive weight.
 int CameraMask(const PersonPose& person, size_t joint_idx) {
   int mask = 0;
   for (const ViewMatch& match : person.matches) {
@@ -315,10 +316,10 @@ class C3dRecording {
     parameters->Texts("X_SCREEN", {axis_of(0)}).Texts("Y_SCREEN", {axis_of(2)});
   }
 
-  // Adds names of identities, and events at the first and last frames of the
-  // first 127.
+  // Adds the names of all people and, for the first 127 people, events at the
+  // first and the last frame in which they are present.
   void AddSubjectsAndEvents(C3dParameters* parameters) const {
-    constexpr size_t kMostEvents = 254;
+    constexpr size_t kMostEvents = 254;  // a dimension is at most 255
     constexpr double kMinute = 60.0;
     std::map<int64_t, std::pair<int64_t, int64_t>> presence;
     for (const TrackFrame& frame : tracks_.frames) {
@@ -329,14 +330,15 @@ class C3dRecording {
       }
     }
     std::vector<std::string> prefixes;
-    std::vector<std::string> called;
+    std::vector<std::string> subject_names;
     std::vector<std::string> subjects;
     std::vector<std::string> labels;
     std::vector<double> times;
     for (const int64_t id : ids_) {
       prefixes.push_back(PersonLabel(id) + ":");
       const auto name = names_.find(TrackId(id));
-      called.push_back(name != names_.end() ? name->second : PersonLabel(id));
+      subject_names.push_back(name != names_.end() ? name->second
+                                                   : PersonLabel(id));
       if (labels.size() + 2 > kMostEvents) continue;
       const auto [begin, end] = presence.at(id);
       for (const auto& [label, frame] :
@@ -345,13 +347,13 @@ class C3dRecording {
         times.push_back(std::floor(time_s / kMinute));
         times.push_back(time_s - kMinute * times.back());
         labels.push_back(label);
-        subjects.push_back(called.back());
+        subjects.push_back(subject_names.back());
       }
     }
     parameters->Group("SUBJECTS").Word("IS_STATIC", 0);
     parameters->Word("USES_PREFIXES", ids_.size() > 1 ? 1 : 0);
     parameters->Word("USED", static_cast<int64_t>(ids_.size()));
-    parameters->Texts("NAMES", called).Texts("LABEL_PREFIXES", prefixes);
+    parameters->Texts("NAMES", subject_names).Texts("LABEL_PREFIXES", prefixes);
     const size_t count = labels.size();
     parameters->Group("EVENT").Word("USED", static_cast<int64_t>(count));
     parameters->Texts("CONTEXTS", std::vector<std::string>(count, "General"));

@@ -15,10 +15,10 @@ struct TrackWriteOptions {
   // header.
   bool observations = false;
   PersonNames names = {};  // for the header
-  // For adapters: the title of each person, written to the header; and with
-  // each covariance, the probability that the joint lies within `within_m` [m]
-  // of its position.
+  // For adapters: the title of each person (PersonTitles), for the header.
   std::vector<std::string> titles = {};
+  // For adapters: with each covariance, also writes the probability that the
+  // joint lies within this distance of its position; 0: does not.
   double within_m = 0.0;
 };
 

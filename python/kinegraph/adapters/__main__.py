@@ -23,7 +23,7 @@ import signal
 import subprocess
 import sys
 
-# One thread suffices; the stacks and buffers of more would count against the limit
+# One thread suffices; the stacks and buffers of others would count against the limit
 # of limit_memory().
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -96,7 +96,7 @@ def lacking(module):
 
 
 def limit_memory(path):
-    """Limits address space to present use + 512 MiB + most_bytes of the files."""
+    """Limits address space to present use + 512 MiB + most_bytes(size of all files)."""
     try:
         import resource
 

@@ -1,6 +1,6 @@
 """AcinoSet's N_cam_scene.json (Joska et al. 2021): {"camera_resolution": [width, height],
 "cameras": [{"k": 3x3 px, "d": 4 terms of OpenCV's fisheye model, "r": 3x3, "t": m}]},
-x_cam = r X + t. Cameras have no names there: they become cam1, cam2, ..."""
+x_cam = r X + t. Cameras have no names in the file: they become cam1, cam2, ..."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def read(path, options):
                 "K": of("k", 3, 3),
                 "distortion": of("d", 4, 1),
                 "cam_from_world": {"R": of("r", 3, 3), "t": of("t", 3, 1)},
-                # Passed on, as kinegraph rejects unknown keys of a camera.
+                # Unknown keys are passed on, so that kinegraph rejects them.
                 **{key: None for key in camera if key not in READ},
             }
         )

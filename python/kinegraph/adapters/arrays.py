@@ -39,8 +39,8 @@ def _people_by_frame(array):
 # are slow. For numbers from the lower bound on, the truncated text is nearer to the
 # number than to any other double.
 _PX_DIGITS, _PX_LEAST, _PX_MOST = 15, 16.0, 1e4
-_SHARE_DIGITS, _SHARE_LEAST, _SHARE_MOST = 18, 2.0**-6, 10.0
-_ROW = b"[" + (b"    ." + b" " * _PX_DIGITS + b",") * 2 + b" ." + b" " * _SHARE_DIGITS
+_SCORE_DIGITS, _SCORE_LEAST, _SCORE_MOST = 18, 2.0**-6, 10.0
+_ROW = b"[" + (b"    ." + b" " * _PX_DIGITS + b",") * 2 + b" ." + b" " * _SCORE_DIGITS
 _ROW = np.frombuffer(_ROW + b"],", dtype=np.uint8)
 _NONE = np.frombuffer(b"null".ljust(len(_ROW) - 1) + b",", dtype=np.uint8)
 
@@ -49,9 +49,9 @@ def _people(points):
     """Texts of people [people, joints, 3]. Python's own conversion is exact but slow:
     numbers of the usual range are converted together, in cells of fixed width."""
     there = np.isfinite(points).all(axis=2, keepdims=True)
-    px, share = points[..., :2], points[..., 2:]
+    px, score = points[..., :2], points[..., 2:]
     usual = ((px >= _PX_LEAST) & (px < _PX_MOST)).all(axis=2, keepdims=True)
-    usual &= (share == 0) | ((share >= _SHARE_LEAST) & (share < _SHARE_MOST))
+    usual &= (score == 0) | ((score >= _SCORE_LEAST) & (score < _SCORE_MOST))
     usual = (usual | ~there)[..., 0].all(axis=1)
     cells = np.empty((*points.shape[:2], len(_ROW)), dtype=np.uint8)
     cells[:] = _ROW
@@ -60,7 +60,7 @@ def _people(points):
     for axis in range(2):
         _put_digits(counted[..., axis], 4, _PX_DIGITS, cells[..., at:])
         at += 4 + 1 + _PX_DIGITS + 1
-    _put_digits(counted[..., 2], 1, _SHARE_DIGITS, cells[..., at:])
+    _put_digits(counted[..., 2], 1, _SCORE_DIGITS, cells[..., at:])
     cells[~there[..., 0]] = _NONE
     cells[:, -1, -1] = ord("]")
     for p, is_usual in enumerate(usual.tolist()):

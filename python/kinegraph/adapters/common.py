@@ -28,9 +28,9 @@ class Options:
 
 
 def most_bytes(stored):
-    """Limit for the size in memory of `stored` bytes of a file. Deflate's ratio is at most
-    1032, for constant data. A file with space for 250 people but only one person in it
-    reaches 256; the constant term permits small files of constant data."""
+    """Limit for the size in memory [bytes] of `stored` bytes of a file. Deflate's ratio is
+    at most 1032, for constant data. A file with space for 250 people but only one person
+    in it reaches a ratio of 256; the constant term permits small files of constant data."""
     return (32 << 20) + 256 * stored
 
 
@@ -78,8 +78,8 @@ def _plain(value):
         return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(entry) for entry in value]
-    is_number = not isinstance(value, float) or abs(value) < float("inf")
-    return value if is_number else None
+    is_json = not isinstance(value, float) or abs(value) < float("inf")
+    return value if is_json else None
 
 
 def header(views, skeleton, frame_rate=None, frames=None):

@@ -48,12 +48,13 @@ def column_names(sets):
     return names
 
 
-# Columns for what a table lacks: NaN as a position, 1 as a likelihood.
+# Indices of the two columns that read() appends for what a table lacks: NaN as a
+# position, 1 as a likelihood.
 DEFAULTS = {"x": -2, "y": -2, "likelihood": -1}
 
 
 def places_of(sets, names):
-    """Labels, and for each individual the columns of x, y and likelihood per label."""
+    """Labels, and for each individual and label the columns of x, y and likelihood."""
     labels, people = {}, {}
     for place, column in enumerate(names):
         person = people.setdefault(column[1] if len(column) == 4 else "", {})

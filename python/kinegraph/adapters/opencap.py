@@ -1,7 +1,8 @@
 """OpenCap's cameraIntrinsicsExtrinsics.pickle, one per camera in Videos/CAMERA of a
 session's folder: a dictionary of NumPy arrays intrinsicMat (3x3 px), distortion
 (OpenCV's five), imageSize (height, width), rotation (3x3) and translation (mm),
-x_cam = R X + t. The world frame is the board's. A camera has the name of its folder."""
+x_cam = R X + t. The world frame is the calibration board's. A camera has the name of
+its folder."""
 
 from __future__ import annotations
 
@@ -45,6 +46,7 @@ def name_of(file):
 
 
 def numbers(file, value, key, shape):
+    """The numbers of an array as rows, or flat without a shape or for a single column."""
     array = getattr(value, "value", value)
     array = array.tolist() if hasattr(array, "tolist") else array
     flat = [n for row in array for n in (row if isinstance(row, list) else [row])]
@@ -89,7 +91,7 @@ def camera_of(file):
         "distortion": of("distortion") if "distortion" in values else [],
         "cam_from_world": {"R": of("rotation", 3, 3), "t": of("translation", 3, 1)},
     }
-    # Passed on, as kinegraph rejects unknown keys that may be lens or pose.
+    # Unknown keys are passed on: kinegraph rejects those that may be lens or pose.
     camera.update({key: None for key in values if key not in READ})
     return camera
 

@@ -14,7 +14,7 @@ KIND = "tracks"
 PACKAGES = ["scipy"]
 VARIABLE = "actor3D"
 JOINTS = 14
-# More than the official file has; prevents a stray id from filling the disk.
+# Limits of write(), above the official file's: a stray id must not fill the disk.
 MOST_ACTORS, MOST_FRAMES = 1000, 1_000_000
 MOST_BYTES = 1 << 32  # sizes in version 5 of the format have 32 bits
 

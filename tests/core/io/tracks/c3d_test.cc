@@ -84,7 +84,7 @@ class C3dMaker {
   C3dMaker& Labels(const std::vector<std::string>& labels) {
     return Texts("POINT:LABELS", labels);
   }
-  // Adds a point in the file's unit.
+  // Adds a point in the file's unit; `word`: camera mask and residual.
   C3dMaker& Point(double x, double y, double z, int word = 0) {
     for (const double value : {x, y, z}) Value(is_float_ ? value : value / 0.5);
     return Value(word);
@@ -226,7 +226,7 @@ C3dMaker TwoPeople(int order, bool is_float) {
   return maker;
 }
 
-TEST_F(TracksC3d, IntegersAndFloatsOfEveryByteOrder) {
+TEST_F(TracksC3d, ReadsIntegersAndFloatsOfEveryByteOrder) {
   for (const int order : {kIntel, kDec, kMips}) {
     for (const bool is_float : {false, true}) {
       const TrackSequence tracks = Read(TwoPeople(order, is_float));
@@ -252,7 +252,7 @@ TEST_F(TracksC3d, IntegersAndFloatsOfEveryByteOrder) {
   }
 }
 
-TEST_F(TracksC3d, UnitsAxesAndErrors) {
+TEST_F(TracksC3d, UnitsAndAxesAreAppliedAndErrorsNameTheFile) {
   const auto in = [](const std::string& unit) {
     return OnePoint(1, 2, 2).Texts("POINT:UNITS", {unit});
   };
@@ -285,7 +285,7 @@ TEST_F(TracksC3d, UnitsAxesAndErrors) {
 
 // ---- Number of frames ----
 
-TEST_F(TracksC3d, EveryConventionForLongFiles) {
+TEST_F(TracksC3d, ReadsEveryConventionForLongFiles) {
   constexpr int kLong = 66'000;
   constexpr int kRunOver = kLong - 65536;
   const C3dMaker full = OnePoint(1, 65535, kLong);
@@ -412,7 +412,7 @@ TEST_F(TracksC3d, RateScaleAndPointsFromParametersOrHeader) {
 
 // ---- missing points ----
 
-TEST_F(TracksC3d, MissingPoints) {
+TEST_F(TracksC3d, ResidualsZerosAndNanMarkMissingPoints) {
   for (const bool is_float : {true, false}) {
     C3dMaker maker(kIntel, is_float);
     maker.Header(2, 1, 4).Labels({"nose", "l_hip"});
@@ -458,7 +458,7 @@ TrackSequence ReadLabels(const TemporaryFolder& folder, C3dMaker maker,
 
 using Names = std::vector<std::string>;
 
-TEST_F(TracksC3d, LabelsOfAnyKind) {
+TEST_F(TracksC3d, LabelsOfAnyKindGiveUniqueJoints) {
   const auto joints = [&](const Names& labels) {
     return ReadLabels(folder_, C3dMaker(), labels).header.skeleton.joints();
   };
@@ -486,8 +486,9 @@ TEST_F(TracksC3d, ModelOutputsAreNotJoints) {
       HasSubstr("has angles or other results of a model, but no points"));
 }
 
-// Dense poses of people without a joint in common would outgrow the file.
-TEST_F(TracksC3d, PeopleWithoutJointsInCommon) {
+// Every person gets an entry for every joint, which would need far more memory
+// than the file.
+TEST_F(TracksC3d, RefusesManyPeopleWithoutJointsInCommon) {
   Names labels;
   for (int i = 0; i < 65; ++i) {
     labels.push_back("A" + std::to_string(i) + ":B" + std::to_string(i));
@@ -499,7 +500,7 @@ TEST_F(TracksC3d, PeopleWithoutJointsInCommon) {
             64u);
 }
 
-TEST_F(TracksC3d, MoreLabelsThanFitIntoAParameter) {
+TEST_F(TracksC3d, ReadsMoreLabelsThanFitIntoAParameter) {
   constexpr int kPoints = 600;
   C3dMaker maker;
   maker.Header(kPoints, 1, 1);
@@ -519,7 +520,7 @@ TEST_F(TracksC3d, MoreLabelsThanFitIntoAParameter) {
   EXPECT_EQ(tracks.frames[0].people[0].joints[599].position_m.x(), 0.6);
 }
 
-TEST_F(TracksC3d, PeopleByPrefixes) {
+TEST_F(TracksC3d, PrefixesAndRepeatedLabelsSeparatePeople) {
   const auto people = [&](const C3dMaker& maker, const Names& labels) {
     const TrackSequence tracks = ReadLabels(folder_, maker, labels);
     std::string text;
@@ -614,9 +615,9 @@ TEST_F(TracksC3d, SegmentsHavePosesAndOriginsAreJoints) {
   }
 }
 
-// Channel c contains c newtons. For all types of plates, rows of channels are
-// as long as for a plate with eight channels.
-TEST_F(TracksC3d, ForcePlatesOfEveryType) {
+// Channel c contains c newtons. Each plate has a row of eight channels, of
+// which types 1, 2 and 4 use the first six.
+TEST_F(TracksC3d, LoadsOfForcePlatesOfEveryType) {
   const std::vector<std::pair<int, std::pair<double, double>>> loads = {
       {1, {3.0, 11.0}}, {2, {3.0, 11.0}}, {3, {26.0, 58.0}}, {4, {3.0, 11.0}}};
   std::vector<int> channels;
@@ -638,7 +639,7 @@ TEST_F(TracksC3d, ForcePlatesOfEveryType) {
   }
 }
 
-TEST_F(TracksC3d, SegmentsAfterPoints) {
+TEST_F(TracksC3d, ReadsSegmentsAfterPoints) {
   C3dMaker maker = OnePoint(1, 65535, 32 * 4);  // a block has 32 frames
   maker.Header(1, 1, 0);
   maker.Words("ROTATION:USED", {1}).Words("ROTATION:DATA_START", {8});
@@ -658,7 +659,7 @@ TEST_F(TracksC3d, SegmentsAfterPoints) {
   EXPECT_TRUE(ReadSegments(Put(OnePoint(1, 9, 9).Make())).frames.empty());
 }
 
-// Theia3D's file and a person's markers of the same recording.
+// Theia3D's segments and a person's markers in the same recording.
 TEST_F(TracksC3d, TheiaSegmentsAreAtTheMarkers) {
   KINEGRAPH_DATA_OR_SKIP(folder, "markers/qualisys_theia");
   const TrackSequence theia = ReadTracks(folder + "/dynamic_1_theia.c3d");
@@ -753,6 +754,7 @@ TEST_F(TracksC3d, JointAtTheOriginIsNotMissing) {
                    NosesAt({Vector3d::Zero(), Vector3d(0.0, 0.0, 0.5)}));
   const TrackSequence tracks = ReadTracks(path);
   ASSERT_EQ(tracks.frames[0].people.size(), 1u);
+  // At the smallest normal float, 1.2e-38 mm.
   EXPECT_LT(tracks.frames[0].people[0].joints[0].position_m.norm(), 1e-40);
 }
 

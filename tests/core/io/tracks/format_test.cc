@@ -65,7 +65,7 @@ TEST(TrackFormats, ExtensionsMayBeCapitals) {
               HasSubstr("choose one with --person"));
 }
 
-// Recognition does not depend on the order of the registry.
+// Recognition does not depend on the order of TrackFormats().
 TEST(TrackFormats, OnlyTheWrittenFormatRecognisesAFile) {
   for (const TrackFormat& written : TrackFormats()) {
     if (written.write == nullptr) continue;
@@ -169,8 +169,9 @@ TEST(PersonNames, AreReadLikeTheTracks) {
   EXPECT_NO_THROW(WriteTracks(folder.path() / "again.jsonl", tracks));
 }
 
-// 40 letters of three bytes each; file names have up to 100 bytes of a name.
-TEST(PersonNames, LongNamesAreCutBetweenLetters) {
+// 40 characters of three bytes each; a file name contains at most 100 bytes of
+// a name, thus 33 characters.
+TEST(PersonNames, LongNamesAreCutBetweenCharacters) {
   std::string name;
   for (int i = 0; i < 40; ++i) name += "\u6f22";
   const TemporaryFolder folder;

@@ -22,6 +22,7 @@ using testing::PosedPerson;
 using testing::TemporaryFolder;
 using testing::Walk;
 
+// The rotation by an angle about a unit vector.
 Eigen::Matrix3d Turned(double deg, const Vector3d& axis) {
   return Eigen::AngleAxisd(deg * kPi / 180.0, axis).toRotationMatrix();
 }
@@ -70,7 +71,7 @@ TEST(ReadingNotes, RotatedWorldsAreNotedWithCorrectingAxes) {
   }
 }
 
-TEST(ReadingNotes, TiltedWorlds) {
+TEST(ReadingNotes, SmallTiltIsNotNotedAndObliqueTiltHasNoAxes) {
   const Vector3d axis = Vector3d(1.0, 0.5, 0.0).normalized();
   EXPECT_FALSE(NoteOf(Walk(Turned(15, axis)), "trc").has_value());
   const auto note =
@@ -115,7 +116,8 @@ TEST(ReadingNotes, LyingAndHandstandAreNotRotatedWorlds) {
 }
 
 TEST(ReadingNotes, CamerasMustAgree) {
-  // Cameras whose downward image axis is the world's -z, and the world's y.
+  // One rig in which the camera's downward image axis is the world's -z, and
+  // one in which it is the world's y.
   CameraParameters parameters;
   parameters.name = "a";
   parameters.K << 900, 0, 640, 0, 900, 360, 0, 0, 1;
@@ -166,7 +168,7 @@ std::string Bvh(double unit_m) {
          "\n";
 }
 
-TEST(ReadingNotes, UnitsThatFormatsDoNotSpecify) {
+TEST(ReadingNotes, ImplausibleSizesAreNotedWithFittingUnits) {
   const TemporaryFolder folder;
   const std::string cm = folder.Write("cm.bvh", Bvh(0.01));
   const std::string m = folder.Write("m.bvh", Bvh(1.0));
@@ -180,7 +182,8 @@ TEST(ReadingNotes, UnitsThatFormatsDoNotSpecify) {
   const TrackSequence scaled = ReadTracks(m, metres);
   EXPECT_EQ(UnitNote(m, metres, scaled), "");
   for (size_t j = 0; j < 8; ++j) {
-    // Numbers have six decimals [m].
+    // The file in metres has six decimals, and a foot is the sum of four
+    // offsets: at most 4 * 5e-7 m.
     EXPECT_LT((scaled.frames[0].people[0].joints[j].position_m -
                right.frames[0].people[0].joints[j].position_m)
                   .norm(),

@@ -23,7 +23,7 @@ inline bool HasPython(const std::string& modules) {
                  .c_str()) == 0;
 }
 
-// Returns the fields that the format loses.
+// Writes tracks in a format; returns its notes on what it cannot store.
 inline LostFields WriteAs(const std::string& format, const std::string& path,
                           const TrackSequence& tracks,
                           const TrackExportOptions& options = {}) {
@@ -32,8 +32,8 @@ inline LostFields WriteAs(const std::string& format, const std::string& path,
   return lost_fields;
 }
 
-// Three people who appear and disappear, one frame without people, numbers of
-// full precision, every status. Frames have no gaps.
+// Frames 300 to 309 with the people 0, 2 (from frame 303) and 5, but nobody in
+// frame 304; coordinates with all digits of a double, every status.
 inline TrackSequence RandomTracks(const Skeleton& skeleton) {
   Random random(11);
   TrackSequence tracks;
@@ -68,17 +68,17 @@ inline TrackSequence RandomTracks(const Skeleton& skeleton) {
   return tracks;
 }
 
-// A person who walks two metres along x. Each pose is changed by `turn`, and
-// rotated by `world`.
+// A person who moves two metres along x. Each pose is changed by `change`,
+// translated, and then rotated by `world`.
 inline TrackSequence Walk(
     const Eigen::Matrix3d& world = Eigen::Matrix3d::Identity(),
-    const std::function<void(PosedPerson*)>& turn = {}) {
+    const std::function<void(PosedPerson*)>& change = {}) {
   TrackSequence tracks;
   tracks.header.skeleton = Body25();
   tracks.header.frame_rate_hz = 25.0;
   for (int64_t f = 0; f < 50; ++f) {
     PosedPerson person;
-    if (turn) turn(&person);
+    if (change) change(&person);
     for (Joint3d& joint : person.pose().joints) {
       joint.position_m.x() += 0.04 * static_cast<double>(f);
       joint.position_m.y() += 2.0;
@@ -111,8 +111,8 @@ inline Eigen::Quaterniond Swing(size_t joint, int64_t frame) {
       std::sin(0.3 * static_cast<double>(frame) + phase), axis.normalized()));
 }
 
-// Offsets of an asymmetric body, except for hips and shoulders, whose middle
-// may be a joint.
+// Bone offsets of an asymmetric body, except that left and right hips and
+// shoulders are opposite, because their mean may be a joint.
 inline std::vector<Eigen::Vector3d> OffsetsOf(const JointTree& tree,
                                               double size_m) {
   std::vector<Eigen::Vector3d> offsets_m(tree.size(), Eigen::Vector3d::Zero());
@@ -155,19 +155,20 @@ inline TrackSequence RigidTruth(const Skeleton& skeleton, int64_t frames,
     PersonPose& person = frame.people.emplace_back();
     person.id = TrackId(0);
     person.joints.resize(skeleton.joints().size());
-    std::vector<Eigen::Quaterniond> turns(tree.size());
-    std::vector<Eigen::Vector3d> places(tree.size());
+    std::vector<Eigen::Quaterniond> rotations(tree.size());
+    std::vector<Eigen::Vector3d> positions_m(tree.size());
     for (size_t j = 0; j < tree.size(); ++j) {
       const size_t p = tree[j].parent;
-      turns[j] = j == 0             ? Swing(j, f)
-                 : tree[j].is_chest ? turns[p]
-                                    : turns[p] * Swing(j, f);
-      places[j] = j == 0
-                      ? Eigen::Vector3d(0.02 * static_cast<double>(f), 0.1, 1.0)
-                      : Eigen::Vector3d(places[p] + turns[p] * offsets_m[j]);
+      rotations[j] = j == 0             ? Swing(j, f)
+                     : tree[j].is_chest ? rotations[p]
+                                        : rotations[p] * Swing(j, f);
+      positions_m[j] =
+          j == 0
+              ? Eigen::Vector3d(0.02 * static_cast<double>(f), 0.1, 1.0)
+              : Eigen::Vector3d(positions_m[p] + rotations[p] * offsets_m[j]);
       if (tree[j].sources.size() > 1) continue;
       person.joints[static_cast<size_t>(tree[j].sources[0])] = {
-          places[j], JointStatus::kObserved};
+          positions_m[j], JointStatus::kObserved};
     }
   }
   return tracks;

@@ -36,12 +36,12 @@ struct Case {
   const Skeleton* skeleton;  // that a reader recognises
   bool keeps_status = false;
   bool keeps_empty_frames = true;
-  // Relative error of positions: a change of unit is two roundings.
+  // Relative error of positions; 0: the same bits.
   double tolerance = 0.0;
 };
 
-constexpr double kUnit = 4e-16;
-constexpr double kFloat = 1.2e-7;  // to 32 bits and back: half of 2^-23, twice
+constexpr double kUnit = 4e-16;    // to cm and back: three roundings of 2^-53
+constexpr double kFloat = 1.2e-7;  // rounding to 32 bits: 2^-24, doubled
 
 class TrackRoundTrip : public ::testing::TestWithParam<Case> {};
 
@@ -94,7 +94,7 @@ TEST_P(TrackRoundTrip, ReadsBack) {
         expected.push_back(&frame);
       }
     }
-    // actorsGT.mat begins at frame 0.
+    // Read from actorsGT.mat, the frames begin at 0.
     std::vector<const TrackFrame*> found;
     for (const TrackFrame& frame : again.frames) {
       if (frame.frame >= 300) found.push_back(&frame);
@@ -148,7 +148,7 @@ TEST(TracksKinegraph, TimesFollowARateGivenLater) {
   EXPECT_EQ(ReadTracks(path).frames.back().time, 0);
 }
 
-// Pose2Sim's own files, in which Y is up; it becomes the world's z.
+// In Pose2Sim's files Y is up; it becomes the world's z.
 TEST(TracksTrc, Pose2SimFilesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(peers, "pose2sim/peer_result");
   struct Peer {
@@ -161,10 +161,10 @@ TEST(TracksTrc, Pose2SimFilesAreRead) {
     const TrackSequence own = ReadTracks(peers + "/" + peer.file);
     EXPECT_EQ(own.header.frame_rate_hz, 60.0);
     EXPECT_EQ(own.header.skeleton.joints().front(), "r_hip")
-        << "though the set has no skeleton";
+        << "renamed, although no built-in skeleton has these joints";
     ASSERT_EQ(own.frames.size(), 100u);
     EXPECT_EQ(own.frames[0].frame, 0) << "OrigDataStartFrame";
-    // Times: row n is at n / 60 s. One of the files has sixteen digits.
+    // The nth row is at n / 60 s. One of the files has times of sixteen digits.
     EXPECT_EQ(own.frames[99].time, FromSeconds(100.0 / 60.0));
     const PersonPose& person = own.frames[50].people.at(0);
     EXPECT_EQ(person.id, TrackId(peer.id));
@@ -186,7 +186,7 @@ constexpr const char* kTrcHeader =
     "100\t100\t2\t1\tmm\t100\t7\t2\n"
     "Frame#\tTime\tC7\t\t\n\t\tX1\tY1\tZ1\n";
 
-TEST(TracksTrc, MillimetresAxesAndGaps) {
+TEST(TracksTrc, ReadsMillimetresOtherAxesAndMissingMarkers) {
   const TemporaryFolder folder;
   const std::string path = folder.Write(
       "walk.trc", std::string(kTrcHeader) +
@@ -239,7 +239,7 @@ TEST(TracksTrc, FirstFrameFollowsTheTimeOfTheFirstRow) {
   EXPECT_EQ(first_frame("1", "1\t-0.5"), 1);
 }
 
-TEST(TracksTrc, TimesOf2997HertzAreRounded) {
+TEST(TracksTrc, RoundedTimesAt2997HertzGiveTheFirstFrame) {
   const TemporaryFolder folder;
   for (const int64_t frame : {2, 100, 1799}) {
     std::string text = kTrcHeader;
@@ -304,7 +304,7 @@ TEST(TracksTrc, ErrorsNameFileAndLine) {
 }
 
 // A table as saved by Excel with decimal commas.
-TEST(TracksCsv, SemicolonsAndDecimalCommas) {
+TEST(TracksCsv, ReadsSemicolonsAndDecimalCommas) {
   const TemporaryFolder folder;
   const std::string head = "frame;time_s;id;joint;x_m;y_m;z_m;status\r\n";
   const std::string row = "3;0,12;1;l_hip;1,5;-2;3,25;observed\r\n";
@@ -325,7 +325,7 @@ TEST(TracksCsv, SemicolonsAndDecimalCommas) {
                 "a number with a decimal point"));
 }
 
-TEST(TracksCsv, ColumnsInAnyOrderAndQuotedNames) {
+TEST(TracksCsv, ReadsColumnsInAnyOrderAndQuotedNames) {
   const TemporaryFolder folder;
   const std::string path =
       folder.Write("own.csv",

@@ -76,7 +76,7 @@ TEST(ReadTracks, CountsMatchReadmes) {
            {"shelf/raw/skel.txt", &FourDA19(), 301, 300, 1019, 3091},
            {"shelf/raw/skel_202006.txt", &FourDA19(), 301, 300, 857, 0},
            {"campus/annotation_3d.json", &Tum14(), 2000, 0, 2175, 0},
-           // 6.08 s
+           // Begins at 6.08 s.
            {"campus/result_3d.json", coco, 1660, 152, 4058, 1168},
            {"panoptic/body3DScene_00010600.json", &Panoptic19(), 1, 10600, 6,
             1},
@@ -95,7 +95,7 @@ TEST(ReadTracks, CountsMatchReadmes) {
   }
 }
 
-TEST(ReadTracks, TumActors) {
+TEST(ReadTracks, TumIdsAreTheIndicesOfActors) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/tum/actorsGT.mat");
   const TrackSequence truth = ReadTracks(path);
   using Counts = std::map<int64_t, int>;
@@ -143,7 +143,7 @@ TEST(ReadTracks, FourDAssociationZerosCanBeKept) {
   EXPECT_EQ(kept.frames.front().frame, 0);
 }
 
-TEST(ReadTracks, LongcwAnnotation) {
+TEST(ReadTracks, LongcwAnnotationHasActorsNumbersAndMetres) {
   KINEGRAPH_DATA_OR_SKIP(path, "campus/annotation_3d.json");
   const TrackSequence truth = ReadTracks(path);
   EXPECT_EQ(truth.header.frame_rate_hz, 25.0);
@@ -152,11 +152,11 @@ TEST(ReadTracks, LongcwAnnotation) {
   const auto in_first_part = CountById(truth, 350, 470);
   auto counts = CountById(truth, 650, 750);
   for (const auto& [id, count] : in_first_part) counts[id] += count;
-  // The actors keep their numbers; person-frames of the test frames.
+  // Person-frames in the test frames by id, which is the actor's number.
   EXPECT_EQ(counts, (std::map<int64_t, int>{{0, 49}, {1, 189}, {2, 138}}));
   for (const TrackFrame& frame : truth.frames) {
     if (frame.people.empty()) continue;
-    // Centimetres in the file.
+    // Centimetres in the file; exact but for the rounding of the product.
     EXPECT_NEAR(frame.people[0].joints[0].position_m.x(), 1.2796239395899083,
                 1e-12);
     break;
@@ -184,7 +184,7 @@ TEST(ReadTracks, FourDAssociationSkeletonOfThePeerFile) {
             Eigen::Vector3d(1.22559, -0.556535, 0.816124));
 }
 
-TEST(ReadTracks, PanopticFileAndFolder) {
+TEST(ReadTracks, PanopticIsReadFromFileAndFolder) {
   KINEGRAPH_DATA_OR_SKIP(file, "panoptic/body3DScene_00010600.json");
   const TrackSequence truth = ReadTracks(file);
   std::vector<int64_t> ids;

@@ -36,8 +36,8 @@ using testing::TemporaryFolder;
 using testing::TreeOf;
 using testing::WriteAs;
 
-// The largest distance [m] of joints from those of the tracks, as found by
-// BVH's reader, which has its own forward kinematics.
+// The largest distance [m] between the joints of the tracks and of the file, as
+// read by BVH's reader, which has its own forward kinematics.
 double WorstInBvh(const std::string& path, const TrackSequence& tracks) {
   const TrackSequence read = ReadTracks(path);
   const Skeleton ours = WithOurNames(tracks.header.skeleton);
@@ -93,24 +93,24 @@ class GltfFile {
       }
     }
     std::map<size_t, Vector3d> rest_m;
-    std::map<size_t, Quaterniond> turns;
-    std::map<size_t, Vector3d> places_m;
+    std::map<size_t, Quaterniond> rotations;
+    std::map<size_t, Vector3d> positions_m;
     std::map<std::string, Vector3d> result;
     for (size_t j = 0; j < skin["joints"].size(); ++j) {
       const auto node = skin["joints"][j].get<size_t>();
       const float* m = &inverses[16 * j];
       rest_m[node] = -Vector3d(m[12], m[13], m[14]);
-      const Quaterniond local = TurnOf(node, row);
+      const Quaterniond local = RotationOf(node, row);
       const size_t parent = parent_of[node];
-      if (turns.count(parent) == 0) {
-        turns[node] = local;
-        places_m[node] = PlaceOf(node, row);
+      if (rotations.count(parent) == 0) {
+        rotations[node] = local;
+        positions_m[node] = TranslationOf(node, row);
       } else {
-        turns[node] = turns[parent] * local;
-        places_m[node] =
-            places_m[parent] + turns[parent] * (rest_m[node] - rest_m[parent]);
+        rotations[node] = rotations[parent] * local;
+        positions_m[node] = positions_m[parent] +
+                            rotations[parent] * (rest_m[node] - rest_m[parent]);
       }
-      result[json_["nodes"][node]["name"]] = places_m[node];
+      result[json_["nodes"][node]["name"]] = positions_m[node];
     }
     return result;
   }
@@ -131,11 +131,11 @@ class GltfFile {
     ADD_FAILURE() << "no " << path << " of node " << node;
     return {};
   }
-  Quaterniond TurnOf(size_t node, size_t row) const {
+  Quaterniond RotationOf(size_t node, size_t row) const {
     const std::vector<float> q = Channel(node, "rotation");
     return {q[4 * row + 3], q[4 * row], q[4 * row + 1], q[4 * row + 2]};
   }
-  Vector3d PlaceOf(size_t node, size_t row) const {
+  Vector3d TranslationOf(size_t node, size_t row) const {
     const std::vector<float> p = Channel(node, "translation");
     return {p[3 * row], p[3 * row + 1], p[3 * row + 2]};
   }
@@ -245,9 +245,9 @@ TrackSequence WithoutJoints(const Skeleton& skeleton,
   return tracks;
 }
 
-// Missing joints do not affect observed joints. Missing are the hips, whose
-// middle is the root, and all but one joint of a hand.
-TEST_F(TreeMotionTest, JointsMissingInSomeFrames) {
+// Missing in ten frames are the hips, whose mean is the root, and all but one
+// joint of a hand.
+TEST_F(TreeMotionTest, MissingJointsDoNotAffectObservedBones) {
   const TrackSequence truth = WithoutJoints(
       MediaPipe33(), {"l_hip", "r_hip", "l_pinky", "l_thumb"}, 40, 10, 20);
   // Ten frames of four joints; the middle of the hips is not a joint of the
@@ -305,7 +305,8 @@ TEST_F(TreeMotionTest, LengthsOfUnseenLegsFollowFromStature) {
   for (const auto& [joint, length_cm] : lengths) {
     EXPECT_GT(length_cm, 0.1) << joint;
   }
-  // A thigh is 0.245 of the stature, a shank 0.246.
+  // A thigh is 0.245 of the stature, a shank 0.246; offsets have six decimals
+  // [cm].
   EXPECT_NEAR(lengths.at("l_ankle") / lengths.at("l_knee"), 0.246 / 0.245,
               1e-6);
   EXPECT_EQ(lengths.at("l_knee"), lengths.at("r_knee"));
@@ -316,11 +317,12 @@ TEST_F(TreeMotionTest, UnseenLegHasTheLengthsOfTheOtherLeg) {
           WithoutJoints(Halpe26(), {"l_knee", "l_ankle", "l_heel", "l_big_toe",
                                     "l_small_toe"}));
   const auto lengths = OffsetLengths(ReadTextFile(bvh_));
+  // Offsets have six decimals [cm].
   EXPECT_NEAR(lengths.at("l_knee"), lengths.at("r_knee"), 1e-5);
 }
 
-// A person at a desk: the chest is the root, and hips and legs rotate with it.
-TEST_F(TreeMotionTest, HipsNeverSeen) {
+// A person at a desk. Hips and legs are still written, with lengths.
+TEST_F(TreeMotionTest, WithUnseenHipsTheNeckIsTheRoot) {
   const std::vector<std::string> below = {"l_hip",  "r_hip",   "l_knee",
                                           "r_knee", "l_ankle", "r_ankle"};
   const TrackSequence tracks = WithoutJoints(Coco17(), below);
@@ -334,14 +336,13 @@ TEST_F(TreeMotionTest, HipsNeverSeen) {
   }
 }
 
-// An elbow that is never observed lies between shoulder and wrist.
-TEST_F(TreeMotionTest, UnseenJointBetweenSeenJoints) {
+TEST_F(TreeMotionTest, UnseenJointBetweenSeenJointsIsNotedAndWritten) {
   EXPECT_THAT(WriteAs("gltf", gltf_, WithoutJoints(Coco17(), {"l_elbow"})),
               Contains(HasSubstr("never seen: l_elbow;")));
   EXPECT_EQ(GltfFile(gltf_).ByRotations(3).count("l_elbow"), 1u);
 }
 
-TEST_F(TreeMotionTest, PointsWithoutBones) {
+TEST_F(TreeMotionTest, PointsWithoutBonesAreWrittenToGltfButNotBvh) {
   const Skeleton points("markers", {"C7", "STRN", "CLAV"}, {});
   TrackSequence tracks = RigidTruth(points, 5);
   EXPECT_THAT(
@@ -379,11 +380,11 @@ TEST_F(TreeMotionTest, TreeFollowsTheBonesOfTheFile) {
 }
 
 // Poses of people who are present only briefly are not repeated in all frames.
-TEST_F(TreeMotionTest, BvhOfManyPeoplePresentBriefly) {
+TEST_F(TreeMotionTest, BvhOfManyPeoplePresentBrieflyHasOnlyTheirRows) {
   const TrackSequence one = RigidTruth(Coco17(), 3);
   TrackSequence tracks;
   tracks.header = one.header;
-  constexpr int64_t kPeople = 450;
+  constexpr int64_t kPeople = 450;  // 450 * 450 exceeds 200,000 rows
   for (int64_t f = 0; f < kPeople; ++f) {
     TrackFrame& frame = tracks.frames.emplace_back();
     frame.frame = f;
@@ -394,7 +395,7 @@ TEST_F(TreeMotionTest, BvhOfManyPeoplePresentBriefly) {
               Contains(HasSubstr("each file begins and ends with its person")));
   EXPECT_THAT(ReadTextFile(folder_.path() / "bvh" / "person_7.bvh"),
               HasSubstr("Frames: 1\n"));
-  tracks.frames.resize(400);  // 160,000 rows
+  tracks.frames.resize(400);  // 400 * 400 rows
   EXPECT_THAT(WriteAs("bvh", folder_.path() / "few", tracks),
               Not(Contains(HasSubstr("begins and ends"))));
   EXPECT_THAT(ReadTextFile(folder_.path() / "few" / "person_7.bvh"),

@@ -18,7 +18,7 @@ namespace {
 
 using testing::TemporaryFolder;
 
-// Numbers of every size, with all digits.
+// A number of any order of magnitude, with all digits.
 double Wild(Random* random) {
   return random->Normal() * std::pow(10.0, random->Uniform(-300.0, 300.0));
 }
@@ -172,7 +172,7 @@ TEST(TrackWriter, WritesTheDocumentedFields) {
       << written;
 }
 
-TEST(TrackWriter, StreamsAndAppearsOnlyWhenCommitted) {
+TEST(TrackWriter, FileAppearsOnlyInCommit) {
   const TrackSequence sequence = RandomSequence();
   const TemporaryFolder folder;
   const std::string path = folder.path() / "tracks.jsonl";
