@@ -289,7 +289,8 @@ class DetectionWriter::Impl {
     const bool is_first = last_frame_ < 0;
     last_frame_ = frame.frame;
     has_clock_ = has_clock_ || frame.time != 0;
-    // Whether 0 is the time of the first frame follows from the second.
+    // Whether the 0 of the first frame is its time, or means that times are
+    // unknown, follows from the time of the second frame.
     if (is_first && !has_clock_) {
       waiting_ = frame;
       return;

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOpenposeKeypoints = "pose_keypoints_2d";
 
-// Enough to distinguish two layouts reliably.
+// Number of people that suffices to distinguish two layouts.
 constexpr size_t kPeopleToRecogniseBy = 200;
 constexpr size_t kFilesAView = 40;  // files sampled per view
 
@@ -221,7 +221,7 @@ class OpenPoseSource : public DetectionSource {
   const DetectionReadOptions options_;
   DetectionHeader header_;
   std::vector<OpenPoseView> views_;
-  std::vector<int64_t> frames_;  // of all views
+  std::vector<int64_t> frames_;  // that at least one view has, ascending
   size_t next_ = 0;
   JsonFileParser parser_;
   std::vector<double> numbers_;  // of one person

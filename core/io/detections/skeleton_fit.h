@@ -62,7 +62,8 @@ class SkeletonFit {
     std::vector<Bone> bones;
     std::vector<double> shares;
     std::vector<double> whole_shares;  // of people of whom an ankle is seen
-    // Lengths by bone and person, as fractions of the diagonal.
+    // By bone: its length in each person that shows it, as a fraction of the
+    // diagonal.
     std::vector<std::vector<double>> lengths;
   };
 

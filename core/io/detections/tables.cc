@@ -32,7 +32,7 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-// The position of a name, which is appended if it is new.
+// The index of a name among `names`, to which it is appended if it is new.
 size_t PlaceAmong(const std::string& name, Texts* names) {
   const auto at = std::find(names->begin(), names->end(), name);
   const auto place = static_cast<size_t>(at - names->begin());
@@ -81,7 +81,8 @@ int64_t FrameOfCell(const std::string& cell) {
     throw InputError("frame: found '" + Printable(cell) +
                      "', expected a whole number from 0");
   }
-  return FrameOfName(fmt::format("{:.0f}", *number));  // refuses times
+  // FrameOfName refuses numbers that look like times.
+  return FrameOfName(fmt::format("{:.0f}", *number));
 }
 
 // ---- DeepLabCut ----
@@ -99,9 +100,9 @@ struct DeepLabCutColumns {
   std::vector<std::vector<KeypointColumns>> people;
 };
 
-// Each argument has one name per column, except that `individuals` may be
-// empty. Columns before `first` are the index. Its InputError does not name
-// the file.
+// Each list has one name per column, except that `individuals` may be empty.
+// Columns before `first` are the index of a row: its frame, or folders and an
+// image's name. The InputError does not name the file.
 DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
                                         const Texts& parts, const Texts& coords,
                                         size_t first) {
@@ -124,7 +125,8 @@ DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
     joints.resize(columns.labels.size());
     for (size_t j = 0; j < joints.size(); ++j) {
       const bool has_x = joints[j].x >= 0;
-      // Individuals lack the unique bodyparts, which belong to "single".
+      // Individuals lack DeepLabCut's "unique bodyparts", which only its
+      // individual "single" has.
       const bool may_lack = !individuals.empty() && joints[j].confidence < 0;
       if (has_x == (joints[j].y >= 0) && (has_x || may_lack)) continue;
       throw InputError("bodypart '" + Printable(columns.labels[j]) +

@@ -180,14 +180,14 @@ std::vector<std::string> OurJointNames(const std::vector<std::string>& labels) {
   for (size_t i = 0; i < labels.size(); ++i) {
     if (has_l_ear && IsRear(labels[i])) meanings[i] = MeaningOf("r ear");
   }
-  const bool are_a_humans =
+  const bool are_human =
       std::none_of(labels.begin(), labels.end(), IsAnimalPart) &&
       std::any_of(meanings.begin(), meanings.end(), [](const Meaning& meaning) {
         return meaning.kind == Meaning::Kind::kExact;
       });
   std::map<std::string, size_t> exactest;  // by the joint
   for (size_t i = 0; i < labels.size(); ++i) {
-    if (!are_a_humans && meanings[i].kind == Meaning::Kind::kVague) {
+    if (!are_human && meanings[i].kind == Meaning::Kind::kVague) {
       meanings[i] = {Meaning::Kind::kNone, labels[i], labels[i], -1};
     }
     size_t& best = exactest.try_emplace(meanings[i].joint, i).first->second;

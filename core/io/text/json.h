@@ -15,11 +15,13 @@ namespace kinegraph {
 // Keeps the order of the file.
 using Json = nlohmann::ordered_json;
 
-// Limits for small files (docs/limits.md): the first, also of YAML, bounds
-// recursion; the second, also of YAML, the time of linear lookups of keys; the
-// third, also of TOML, memory.
+// Limits for small files (docs/limits.md).
+// Levels of nesting, also of YAML; bounds recursion.
 inline constexpr int kMaxJsonDepth = 64;
+// Keys of one object, also of YAML; bounds the time of lookups, which are
+// linear.
 inline constexpr size_t kMaxJsonKeys = 4096;
+// Values of one file, also of TOML; bounds memory.
 inline constexpr size_t kMaxJsonValues = 1'000'000;
 
 // Parses one JSON text. Throws InputError naming `file` (and line and column)
