@@ -211,11 +211,11 @@ void KeyReader::ReadCoefficients(bool is_fisheye,
   // as all but k1.
   const size_t fewest = is_fisheye ? 4 : 5;
   std::vector<double> numbered;
-  for (size_t place = 0; place < terms.size(); ++place) {
-    const auto field = Find(terms[place]);
+  for (size_t i = 0; i < terms.size(); ++i) {
+    const auto field = Find(terms[i]);
     if (!field.has_value()) continue;
-    numbered.resize(std::max(place + 1, fewest), 0.0);
-    numbered[place] = field->Number();
+    numbered.resize(std::max(i + 1, fewest), 0.0);
+    numbered[i] = field->Number();
   }
   if (!numbered.empty()) lenses->push_back(numbered);
   const auto radial = Find("k");

@@ -180,7 +180,7 @@ CameraRecord ReadImage(const ModelFile& file,
     file.Fail("camera " + Printable(words[8]) + " is not in cameras.txt");
   }
   CameraRecord record = at->second;
-  const auto number = [&](size_t place) { return file.Number(words[place]); };
+  const auto number = [&](size_t i) { return file.Number(words[i]); };
   const auto R = RotationOf({number(1), number(2), number(3), number(4)});
   if (!R.has_value()) file.Fail("QW, QX, QY, QZ are not a unit quaternion");
   record.R = *R;

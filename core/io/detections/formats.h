@@ -149,13 +149,13 @@ std::unique_ptr<DetectionSource> OpenEverybodyByAdapter(
 template <typename List, typename Read>
 void ForEachObject(const std::string& path, const std::string& entry,
                    std::string_view key, const List& list, const Read& read) {
-  size_t place = 0;
+  size_t index = 0;
   Located(
-      path, [&] { return entry + " " + std::to_string(place); },
+      path, [&] { return entry + " " + std::to_string(index); },
       [&] {
         for (const JsonValue value : list()) {
           read(AsObject(value, key));
-          ++place;
+          ++index;
         }
       });
 }

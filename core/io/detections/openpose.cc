@@ -34,8 +34,8 @@ constexpr size_t kPeopleToRecogniseBy = 200;
 constexpr size_t kFilesAView = 40;  // files sampled per view
 
 struct OpenPoseView {
-  std::string FileAt(size_t place) const {
-    return folder + "/" + files[place].second;
+  std::string FileAt(size_t index) const {
+    return folder + "/" + files[index].second;
   }
 
   std::string folder;
@@ -194,16 +194,16 @@ class OpenPoseSource : public DetectionSource {
   void ReadView(const std::string& path, std::vector<Detection>* detections) {
     const JsonArray people = ParsePeople(path);
     detections->resize(people.size());
-    int place = 0;
+    int index = 0;
     size_t count = 0;
     Located(
-        path, [&] { return "people[" + std::to_string(place) + "]"; },
+        path, [&] { return "people[" + std::to_string(index) + "]"; },
         [&] {
           for (const JsonValue person : people) {
             if (ReadPerson(person, &(*detections)[count])) {
-              (*detections)[count++].index_in_file = place;
+              (*detections)[count++].index_in_file = index;
             }
-            ++place;
+            ++index;
           }
         });
     detections->resize(count);

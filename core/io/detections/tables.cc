@@ -33,11 +33,11 @@ namespace {
 using Texts = std::vector<std::string>;
 
 // The index of a name among `names`, to which it is appended if it is new.
-size_t PlaceAmong(const std::string& name, Texts* names) {
+size_t IndexAmong(const std::string& name, Texts* names) {
   const auto at = std::find(names->begin(), names->end(), name);
-  const auto place = static_cast<size_t>(at - names->begin());
+  const auto index = static_cast<size_t>(at - names->begin());
   if (at == names->end()) names->push_back(name);
-  return place;
+  return index;
 }
 
 // Columns of a person's joint; -1: there is none.
@@ -110,15 +110,15 @@ DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
   Texts people;
   for (size_t c = first; c < coords.size(); ++c) {
     const size_t person =
-        PlaceAmong(individuals.empty() ? "" : individuals[c], &people);
-    const size_t joint = PlaceAmong(parts[c], &columns.labels);
+        IndexAmong(individuals.empty() ? "" : individuals[c], &people);
+    const size_t joint = IndexAmong(parts[c], &columns.labels);
     if (columns.people.size() <= person) columns.people.emplace_back();
     std::vector<KeypointColumns>& joints = columns.people[person];
     if (joints.size() <= joint) joints.resize(joint + 1);
-    const int place = static_cast<int>(c);
-    if (coords[c] == "x") joints[joint].x = place;
-    if (coords[c] == "y") joints[joint].y = place;
-    if (coords[c] == "likelihood") joints[joint].confidence = place;
+    const int column = static_cast<int>(c);
+    if (coords[c] == "x") joints[joint].x = column;
+    if (coords[c] == "y") joints[joint].y = column;
+    if (coords[c] == "likelihood") joints[joint].confidence = column;
   }
   if (columns.people.empty()) throw InputError("expected columns x and y");
   for (std::vector<KeypointColumns>& joints : columns.people) {
@@ -195,8 +195,8 @@ class DeepLabCutRecording : public DetectionCollector {
 
   std::unique_ptr<DetectionSource> FinishAll() {
     constexpr double kApart = 0.05;
-    for (const auto& [place, by_detector] : waiting_) {
-      const auto& [frame, view_idx, person] = place;
+    for (const auto& [key, by_detector] : waiting_) {
+      const auto& [frame, view_idx, person] = key;
       Eigen::AlignedBox2d box;  // around all joints that the detectors found
       for (const std::vector<Keypoint>& joints : by_detector) {
         box.extend(BoxAround(joints));
@@ -357,8 +357,8 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
   MediapipeColumns columns;
   for (size_t c = 0; c < header.size(); ++c) {
     const std::string name = PlainCell(header[c]);
-    const int place = static_cast<int>(c);
-    if (name == "frame") columns.frame = place;
+    const int index = static_cast<int>(c);
+    if (name == "frame") columns.frame = index;
     for (const auto& [end, column] :
          {std::pair<std::string, int KeypointColumns::*>{"_x",
                                                          &KeypointColumns::x},
@@ -368,9 +368,9 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
           {"_score", &KeypointColumns::confidence}}) {
       if (!EndsIn(name, end)) continue;
       const size_t joint =
-          PlaceAmong(name.substr(0, name.size() - end.size()), &columns.labels);
+          IndexAmong(name.substr(0, name.size() - end.size()), &columns.labels);
       columns.joints.resize(columns.labels.size());
-      columns.joints[joint].*column = place;
+      columns.joints[joint].*column = index;
     }
   }
   // Other columns may end in _score, such as person_score.
