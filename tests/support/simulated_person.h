@@ -72,14 +72,15 @@ std::vector<std::vector<State>> WalkingMotion(const SceneModel& scene,
                                               int frame_count);
 
 // Detections of the motion `truth` in every camera; sigmas follow the noise
-// model of `options`. The initial pose is the least-squares point of all rays
-// including outliers, so it is worse than the tracker's.
+// model of `options`. The initial position of a joint is the least-squares
+// point of all rays including outliers, so it is worse than the tracker's;
+// without SimulatedNoise::initial_poses it is `centre`.
 SimulatedRecording Simulate(const SceneModel& scene,
                             const GraphOptions& options,
                             std::vector<std::vector<State>> truth,
                             const SimulatedNoise& noise,
                             const Eigen::Vector3d& centre, Random* random);
-// Simulate() around the origin with random numbers from `seed`.
+// The same with the origin as `centre` and random numbers from `seed`.
 SimulatedRecording Simulate(const SceneModel& scene,
                             const GraphOptions& options,
                             std::vector<std::vector<State>> truth,

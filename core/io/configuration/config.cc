@@ -17,7 +17,7 @@
 namespace kinegraph {
 namespace {
 
-// ---- Words ----
+// ---- Texts of messages ----
 
 std::string Quoted(const std::string& text) {
   return "'" + Printable(text) + "'";

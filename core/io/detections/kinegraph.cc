@@ -228,7 +228,7 @@ class KinegraphSource : public DetectionSource {
   std::optional<TimeNs> last_time_;
   bool had_time_ = false;                    // of any frame
   bool has_time_ = false;                    // of the current frame
-  std::optional<JsonObject> capture_times_;  // likewise
+  std::optional<JsonObject> capture_times_;  // of the current frame
   std::string_view capture_key_;
   std::vector<bool> seen_views_;
 };

@@ -227,7 +227,7 @@ class OpenPoseSource : public DetectionSource {
   std::vector<double> numbers_;  // of one person
 };
 
-// Lists that OpenPose always writes, empty when that part is off.
+// Lists that OpenPose always writes; empty for parts that it does not detect.
 constexpr const char* kEmptyParts =
     ", \"face_keypoints_2d\": [], \"hand_left_keypoints_2d\": [], "
     "\"hand_right_keypoints_2d\": [], \"pose_keypoints_3d\": [], "

@@ -65,8 +65,8 @@ void MakeFolder(const std::string& path);
 // naming the folder if it cannot be listed.
 std::vector<std::string> ListFolder(const std::string& path);
 
-// Runs `read` and adds file and place to the message of its InputError. `place`
-// is a function, called only on errors.
+// Returns read(). Adds `file` and place(), such as "line 3", to the message of
+// its InputError; `place` is called only then.
 template <typename Place, typename Read>
 auto Located(const std::string& file, const Place& place, const Read& read) {
   try {

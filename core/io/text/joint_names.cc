@@ -29,12 +29,13 @@ std::string Squeezed(std::string_view label) {
 // A part of the body as named in labels.
 struct Part {
   std::string squeezed;
-  // The name if another label is a more exact match of the joint.
+  // kinegraph's name if another label of the file matches `joint` more exactly:
+  // "foot" beside "ankle".
   std::string own;
-  std::string joint;  // the name otherwise
+  std::string joint;  // kinegraph's name otherwise
 };
 
-// Parses a list of "own" or "own=joint".
+// Parses a list of "own" (which is the joint) or "own=joint".
 std::vector<Part> PartsOf(const std::string& list) {
   std::vector<Part> parts;
   for (const std::string& part : Split(list, ' ')) {
@@ -44,7 +45,7 @@ std::vector<Part> PartsOf(const std::string& list) {
   return parts;
 }
 
-// Alternatives for one joint are in order, the more exact ones first.
+// The parts that may be the same joint are in order, the more exact ones first.
 const std::vector<Part>& SidedParts() {
   static const std::vector<Part> kParts = PartsOf(
       "eye eye_inner eye_outer ear mouth shoulder elbow wrist hand=wrist pinky "
@@ -65,7 +66,7 @@ struct Meaning {
   enum class Kind { kExact, kVague, kNone };
   Kind kind = Kind::kNone;
   std::string joint;  // kinegraph's name; the label itself if unknown
-  std::string own;    // the name if another label is the joint
+  std::string own;    // the name if another label is the joint (Part)
   int vagueness = 0;  // higher: less exact
 };
 

@@ -11,7 +11,8 @@
 
 namespace kinegraph {
 
-// An element, with its place for messages. Keeps the whole document alive.
+// An element, with its file and line for messages. Keeps the whole document
+// alive.
 class XmlElement {
  public:
   const std::string& file() const;

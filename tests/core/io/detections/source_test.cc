@@ -494,7 +494,7 @@ TEST(RatedSource, BaseRateAboveAllViewsLosesNoFrame) {
   }
 }
 
-// Frames without detections are kept, except after the end.
+// Frames without detections are returned, except after the last detection.
 TEST(RatedSource, KeepsFramesWithoutDetections) {
   DetectionSequence sequence = Counting(8, 8);
   for (size_t f = 2; f < 5; ++f) {
@@ -594,8 +594,8 @@ TEST(DetectionSource, MirroredViewsAreMirroredBack) {
   EXPECT_THROW(ReadDetections(path, options), OptionError);
 }
 
-// Frames of a view whose files begin at another number are assigned to those of
-// the other views.
+// Frames of a view whose files begin at another number are assigned to the
+// frames of the other views.
 TEST(RatedSource, FrameOffsetsAreSubtractedFromTheNumbersOfAView) {
   DetectionReadOptions options;
   options.view_frame_offset["b"] = 2;
