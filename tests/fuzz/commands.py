@@ -7,10 +7,11 @@ A small scene is converted into every format that kinegraph writes. Each run
 copies one of these inputs, mutates one of its files (bytes, numbers, slices,
 values that readers often mishandle) and passes it to a command that reads it. A
 run fails if it is ended by a signal, takes more than 20 s of processor time or
-2 GB, has an exit code other than 0, 1 or 2, prints an error line with exit code
-0 or not exactly one with another, leaves a partial file, or has exit code 1
-without "out of memory" (bad input gives 2). Inputs of failed runs are kept in
-BUILD/fuzz_commands. Prints counts by command; exit code 1 if any run failed.
+2 GiB of memory, has an exit code other than 0, 1 or 2, prints an error line
+although its exit code is 0 or not exactly one otherwise, leaves a partial file,
+or has exit code 1 without "out of memory" (the exit code of bad input is 2).
+Inputs of failed runs are kept in BUILD/fuzz_commands. Prints counts by command;
+exit code 1 if any run failed.
 """
 import collections
 import os
@@ -37,6 +38,7 @@ DETECTIONS = {"kinegraph": "d.jsonl", "openpose": "d", "coco": "d",
               "longcw": "d.json"}
 TRACKS = {"kinegraph": "t.jsonl", "csv": "t.csv", "npz": "t.npz", "trc": "t",
           "c3d": "t.c3d", "bvh": "t", "longcw": "t.json", "4da": "t", "panoptic": "t", "tum": "t.mat"}
+# Values that readers often mishandle.
 HARD = [b"NaN", b"Infinity", b"-Infinity", b"null", b"1e400", b"-1", b"0",
         b"1e-320", b"2147483648", b"-2147483649", b"9223372036854775807",
         b"9223372036854775808", b"1e18", b"1e7", b'"""\\"""', b"'''", b"[" * 300,
@@ -176,7 +178,7 @@ def try_once(seed, inputs, folder):
         process.returncode = 0
     words = (work / "errors").read_text(errors="replace")
     code = os.waitstatus_to_exitcode(status)
-    told = [one for one in words.splitlines() if ": error: " in one]
+    error_lines = [one for one in words.splitlines() if ": error: " in one]
     wrong = ""
     if code not in (0, 1, 2):
         wrong = f"ended with {code}"
@@ -184,8 +186,8 @@ def try_once(seed, inputs, folder):
         wrong = f"{usage.ru_utime + usage.ru_stime:.1f} s"
     elif usage.ru_maxrss > MOST_BYTES >> 10:
         wrong = f"{usage.ru_maxrss >> 10} MiB"
-    elif len(told) != (code != 0):
-        wrong = f"exit {code} with {len(told)} error lines"
+    elif len(error_lines) != (code != 0):
+        wrong = f"exit {code} with {len(error_lines)} error lines"
     elif code == 1 and "out of memory" not in words:
         wrong = "exit 1: " + words.strip()[-200:]
     elif list(work.glob("*partial*")):

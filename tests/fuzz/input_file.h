@@ -15,8 +15,8 @@
 
 namespace kinegraph::testing {
 
-// A temporary path (in TMPDIR) that is unique to this process and `end`;
-// whatever exists there is removed on construction and destruction.
+// A temporary path (in TMPDIR) that is unique to this process and ends in
+// `end`; whatever exists there is removed on construction and destruction.
 class TemporaryPath {
  public:
   explicit TemporaryPath(const std::string& end)
@@ -85,8 +85,8 @@ class InputFolder : public TemporaryPath {
   }
 };
 
-// Runs `act`; false if it rejects its input. Only exceptions meant for users
-// are allowed, with one-line messages.
+// Runs `act`; false if it throws Refusal, an exception meant for users, whose
+// message must be one line.
 template <typename Refusal = InputError, typename Act>
 bool Accepts(const Act& act) {
   try {
@@ -98,8 +98,9 @@ bool Accepts(const Act& act) {
   return false;
 }
 
-// Runs `read` on a file with these bytes, or on a folder. Readers may also
-// reject their options if the input does not match them.
+// Whether `read(path)` accepts a file with these bytes, or such a folder
+// (InputFolder). Readers may also reject their options, with OptionError, if
+// the input does not match them.
 template <typename Input = InputFile, typename Read>
 bool Reading(const std::string& bytes, const Read& read) {
   const Input input(bytes);

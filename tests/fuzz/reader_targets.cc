@@ -24,7 +24,8 @@ template <typename Input>
 bool FuzzCalibration(const std::string& format, const std::string& bytes) {
   CameraReadOptions options;
   if (!format.empty()) options.format = format;
-  options.image_size = {1280, 720};  // the seeds'; some formats do not store it
+  // The image size of the seeds, which some formats do not store.
+  options.image_size = {1280, 720};
   return Reading<Input>(
       bytes, [&](const std::string& path) { ReadCameras(path, options); });
 }
@@ -52,8 +53,8 @@ bool FuzzTracks(const std::string& format, const std::string& bytes) {
   });
 }
 
-// Writes accepted input in every format. What is written in kinegraph's format
-// must be readable.
+// Writes accepted input in every format. A file in kinegraph's own format must
+// be readable, with as many frames (or cameras) as the input.
 bool FuzzRewrittenTracks(const std::string& bytes) {
   return Reading(bytes, [](const std::string& path) {
     const TrackSequence tracks = ReadTracks(path);
@@ -106,7 +107,7 @@ bool FuzzRewrittenCalibration(const std::string& bytes) {
   });
 }
 
-// Reads in the format of that name.
+// The target `fuzz` for the format of that name.
 std::function<bool(const std::string&)> NamedBy(
     const std::string& format,
     bool (*fuzz)(const std::string& format, const std::string& bytes)) {

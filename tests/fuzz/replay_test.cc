@@ -32,7 +32,7 @@ class ReplayTest : public ::testing::TestWithParam<std::string> {
 };
 
 // Each input once exhausted memory or time, or crashed the program.
-TEST_P(ReplayTest, RegressionInputs) {
+TEST_P(ReplayTest, RegressionInputsEndQuickly) {
   const fs::path folder = ProjectFile("tests/fuzz/regressions") / GetParam();
   int count = 0;
   if (fs::is_directory(folder)) {
@@ -40,7 +40,7 @@ TEST_P(ReplayTest, RegressionInputs) {
       SCOPED_TRACE(entry.path().filename().string());
       const ProcessorTime used;
       Target().run(ContentOf(entry.path()));
-      // Once they took ten seconds or never ended; now milliseconds.
+      // Some once took ten seconds or never ended; now each takes milliseconds.
       EXPECT_LT(used.Seconds(), 5.0);
       ++count;
     }
@@ -48,7 +48,7 @@ TEST_P(ReplayTest, RegressionInputs) {
   RecordProperty("inputs", count);
 }
 
-// Mutations of rejected seeds would test little.
+// Mutations of seeds that are rejected anyway would test little.
 TEST_P(ReplayTest, EveryGoodInputIsRead) {
   const std::vector<std::string> seeds = FuzzSeeds(GetParam());
   EXPECT_FALSE(seeds.empty());
@@ -108,7 +108,7 @@ int64_t NumberFrom(const char *variable, int64_t otherwise) {
 // KINEGRAPH_FUZZ_SEED selects different mutations, and KINEGRAPH_FUZZ_INPUT
 // names a file to which each input is written before it is tried, so that an
 // input that ends the program is kept.
-TEST_P(ReplayTest, MutationsOfGoodInputs) {
+TEST_P(ReplayTest, MutationsOfGoodInputsEndQuickly) {
   const std::string &name = GetParam();
   const int64_t count = NumberFrom("KINEGRAPH_FUZZ_RUNS",
                                    name == "scene"                    ? 3

@@ -15,7 +15,7 @@ namespace kinegraph::testing {
 namespace {
 
 // The bytes choose a small valid scene; the whole pipeline must give finite
-// positions, ascending frames and each person once per frame.
+// positions, and ascending frames with ascending ids of people.
 bool FuzzScene(const std::string& bytes) {
   const auto byte = [&](size_t at) -> int {
     return at < bytes.size() ? static_cast<uint8_t>(bytes[at]) : 0;
@@ -57,8 +57,8 @@ bool FuzzScene(const std::string& bytes) {
   return true;
 }
 
-// The page's data must be JSON that cannot close the script element that
-// contains it.
+// Whether the page's data can be made of the input. They must then be JSON that
+// cannot close the script element that contains it.
 bool MakesPage(const PageInput& input) {
   return Accepts([&] {
     const PageData data = MakePageData(input);
@@ -67,7 +67,7 @@ bool MakesPage(const PageInput& input) {
   });
 }
 
-// A few frames of people with arbitrary names and positions.
+// A few frames of a person with arbitrary names and positions.
 bool FuzzPage(const std::string& bytes) {
   size_t at = 0;
   const auto byte = [&] {

@@ -47,7 +47,7 @@ class SampleSource : public DetectionSource {
   size_t next_ = 0;
 };
 
-// A short walk of one person before a few cameras.
+// One person who walks for 0.12 s in view of a few cameras.
 struct Sample {
   Scene scene;
   DetectionSequence detections;
@@ -129,7 +129,8 @@ std::string WrittenDetections(const DetectionFormat& format) {
                  });
 }
 
-// Written calibrations as seeds: of folder formats, or of single-file formats.
+// Calibrations in every format that consists of folders, or of single files, as
+// seeds.
 std::vector<std::string> WrittenCalibrations(bool folders) {
   std::vector<std::string> seeds;
   for (const CalibrationFormat& format : CalibrationFormats()) {

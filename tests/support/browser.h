@@ -56,11 +56,12 @@ class Browser {
   // Moves the mouse with a button held, "left" or "right".
   void DragMouse(PagePoint from, PagePoint to,
                  const std::string& button = "left");
-  // Positive: scrolls down.
+  // Turns the wheel by `pixels`; positive scrolls down.
   void Wheel(PagePoint at, double pixels);
   // A key by its name in KeyboardEvent.key: "ArrowRight", " ", "+".
   void Press(const std::string& key, bool shift = false);
-  // Moves fingers, one point of `from` and `to` per finger.
+  // Touches the page and moves the fingers; `from` and `to` have one point per
+  // finger.
   void Drag(const std::vector<PagePoint>& from,
             const std::vector<PagePoint>& to);
   // Returns after the click event that the browser derives from the tap.
@@ -89,7 +90,7 @@ class Browser {
   TemporaryFolder profile_;
   FILE* to_browser_ = nullptr;
   int from_browser_ = -1;
-  std::string received_;  // beginning of an incomplete message
+  std::string received_;  // not yet parsed; may end within a message
   std::string session_;
   int last_id_ = 0;
   bool loaded_ = false;

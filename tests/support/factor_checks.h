@@ -1,4 +1,4 @@
-// Checks that every factor's Jacobians must pass.
+// Checks that the Jacobians of every factor (a ceres::CostFunction) must pass.
 #ifndef KINEGRAPH_TESTS_SUPPORT_FACTOR_CHECKS_H_
 #define KINEGRAPH_TESTS_SUPPORT_FACTOR_CHECKS_H_
 
@@ -56,8 +56,9 @@ inline double RelativeError(const Eigen::MatrixXd& a,
   return std::isfinite(difference) ? difference / scale : INFINITY;
 }
 
-// Central differences; their error is of order step^2 and epsilon / step, so
-// with a step of 1e-6 about 1e-9 of the residuals' scale.
+// Expects central differences to agree. Their truncation error is of order
+// step^2 and their rounding error of order epsilon / step: with a step of 1e-6
+// together about 1e-9 of the residuals' scale, far below the tolerance of 1e-6.
 inline void ExpectNumericJacobians(const ceres::CostFunction& factor,
                                    const Blocks& blocks) {
   const Evaluation analytic = Evaluate(factor, blocks);
@@ -81,8 +82,8 @@ inline void ExpectNumericJacobians(const ceres::CostFunction& factor,
   }
 }
 
-// `twin` is the same factor, automatically differentiated. Both must be equal
-// up to rounding.
+// `twin` is the same factor, differentiated automatically. Expects residuals
+// and Jacobians of both to be equal up to rounding.
 inline void ExpectSameAsTwin(const ceres::CostFunction& factor,
                              const ceres::CostFunction& twin,
                              const Blocks& blocks) {
@@ -96,8 +97,8 @@ inline void ExpectSameAsTwin(const ceres::CostFunction& factor,
   }
 }
 
-// Without Jacobians and with each subset of them requested, residuals and the
-// requested Jacobians are the same.
+// Expects the same residuals and Jacobians if Ceres requests no Jacobians, or
+// any subset of them by passing null pointers for the others.
 inline void ExpectAbsentJacobiansAreRespected(const ceres::CostFunction& factor,
                                               const Blocks& blocks) {
   const Evaluation full = Evaluate(factor, blocks);

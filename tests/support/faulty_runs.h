@@ -84,8 +84,9 @@ inline bool CanMount() {
   return can;
 }
 
-// Runs `command` with a full disk mounted on `folder`, then lists the folder on
-// standard output.
+// Runs `command` with a full disk mounted on `folder`, and lists what it left
+// in the folder on standard output. The exit code is that of the command; 99 if
+// the disk cannot be mounted.
 inline ProgramOutcome RunOnFullDisk(const std::string& folder,
                                     const std::string& command) {
   return RunShell(
@@ -155,8 +156,8 @@ class RunningProgram {
   pid_t process_ = -1;
 };
 
-// Waits until the condition is true, at most 30 s (5 min under a sanitizer) to
-// allow for busy machines.
+// Waits until the condition is true; false if it is not within 30 s (5 min
+// under a sanitizer), which allows for busy machines.
 template <typename Condition>
 bool WaitUntil(const Condition& condition) {
   const auto until = std::chrono::steady_clock::now() +

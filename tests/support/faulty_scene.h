@@ -35,9 +35,10 @@ struct FaultySceneOptions {
   double noise_px = 2.0;
   std::string skeleton = "coco17";
   std::vector<double> distortion;  // of the lenses, as MakeLens takes it
-  // One per view; not included in the capture times of the detections.
+  // One per view, or none; not included in the capture times of the detections.
   std::vector<double> clock_offset_s;
-  std::vector<double> clock_drift;  // one per view [s/s], likewise
+  // The same [s/s]; the offsets change once per second.
+  std::vector<double> clock_drift;
   // The ring is not closed, because the cameras of an evenly filled ring are
   // interchangeable.
   double arc_deg = 290.0;
@@ -50,7 +51,7 @@ struct FaultySceneOptions {
 
 struct FaultyScene {
   Scene scene;        // the truth
-  CameraRig cameras;  // given to programs; the truth until a fault is added
+  CameraRig cameras;  // as calibrated; the truth until a test adds a fault
   DetectionSequence detections;
 };
 

@@ -12,8 +12,8 @@
 
 namespace kinegraph::testing {
 
-// [actor]: frame -> 14 joints [m]. Frames without an entry up to `frame_count`
-// are empty, as in frames without annotations.
+// For each actor, 14 joints [m] by frame. In the file, frames below frame_count
+// without an entry have an empty matrix, as TUM's frames without annotation.
 using AnnotatedActors = std::vector<std::map<int64_t, Pose3d>>;
 
 // The bytes of the file, uncompressed, little-endian.

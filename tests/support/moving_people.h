@@ -15,8 +15,8 @@ namespace kinegraph::testing {
 
 inline constexpr double kMovingRateHz = 25.0;
 
-// Person `who` in COCO-17, centred within 1.4 m of the z axis. Motions differ
-// between people and do not repeat within a minute.
+// Person `who` in COCO-17 at a (fractional) frame, centred within 1.4 m of the
+// z axis. Motions differ between people and do not repeat within a minute.
 inline Pose3d MovingPerson(int who, double frame) {
   const double t = frame / kMovingRateHz;
   Pose3d pose = StandingPerson(0.0, 0.0);
@@ -40,8 +40,8 @@ inline Pose3d MovingPerson(int who, double frame) {
   return pose;
 }
 
-// The tracklet of person `who` in a view, with that many frames; the first
-// shows frame -`late` of the motion.
+// The tracklet of person `who` in a view, with `frames` frames, without noise.
+// Its frame k shows frame k - `late` of the motion.
 inline ViewTracklet MovingTracklet(const Camera& camera, int view, int who,
                                    int frames, int late = 0) {
   const std::vector<int> joints = RigJoints(Coco17());

@@ -4,10 +4,9 @@
 
 namespace kinegraph::testing {
 
-// An OpenCap camera: fx, fy, cx, cy = 1300.5, 1301.5, 640.25, 360.75,
-// distortion 0.1 -0.2 0.001 -0.002 0.05, 1280 x 720, rotated by 90 degrees
-// about z, translation 100 -200 3000 mm. pickle.dumps(camera, 2) of Python 3.11
-// with NumPy 1.24.
+// fx, fy, cx, cy = 1300.5, 1301.5, 640.25, 360.75 px; distortion 0.1 -0.2 0.001
+// -0.002 0.05; 1280 x 720 px; rotated by 90 degrees about z; translation 100
+// -200 3000 mm. Made by pickle.dumps(camera, 2) of Python 3.11 with NumPy 1.24.
 inline constexpr const char* kOpencapProtocol2 =
     "gAJ9cQAoWAwAAABpbnRyaW5zaWNNYXRxAWNudW1weS5jb3JlLm11bHRpYXJyYXkKX3JlY2"
     "9uc3RydWN0CnECY251bXB5Cm5kYXJyYXkKcQNLAIVxBGNfY29kZWNzCmVuY29kZQpxBVgB"

@@ -40,13 +40,15 @@ AssertionResult HeaderIsRead(const std::vector<Cells>& lines, size_t* markers) {
   }
   const Cells values = WithoutEmpty(lines[2]);
   if (WithoutEmpty(lines[1]) != keys || values.size() != keys.size()) {
-    return AssertionFailure() << "the header's keys or values";
+    return AssertionFailure() << "the header has other keys than expected, or "
+                                 "not one value for each";
   }
   *markers = std::stoul(values[3]);
   const Cells names = WithoutEmpty(lines[3]);
   if (names.size() != 2 + *markers || names[0] != "Frame#" ||
       names[1] != "Time") {
-    return AssertionFailure() << "line 4 names no " << *markers << " markers";
+    return AssertionFailure() << "line 4 does not name Frame#, Time and "
+                              << *markers << " markers";
   }
   Cells axes;
   for (size_t m = 1; m <= *markers; ++m) {
@@ -54,7 +56,9 @@ AssertionResult HeaderIsRead(const std::vector<Cells>& lines, size_t* markers) {
       axes.push_back(axis + std::to_string(m));
     }
   }
-  if (WithoutEmpty(lines[4]) != axes) return AssertionFailure() << "line 5";
+  if (WithoutEmpty(lines[4]) != axes) {
+    return AssertionFailure() << "line 5 does not name X1, Y1, Z1, X2, ...";
+  }
   return AssertionSuccess();
 }
 

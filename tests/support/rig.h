@@ -13,9 +13,9 @@
 
 namespace kinegraph::testing {
 
-// `count` cameras (1000 px focal length, 1920 x 1080) evenly on a circle of
-// `radius_m`, 2 m high, looking at (0, 0, 1). `distortion` as MakeLens takes
-// it for "opencv5".
+// `count` cameras (focal length 1000 px, 1920 x 1080 px) evenly on a circle of
+// `radius_m` around the z axis at a height of 2 m, looking at (0, 0, 1) m.
+// `distortion`: k1 k2 p1 p2 k3, as MakeLens takes them for "opencv5".
 CameraRig RingOfCameras(int count, double radius_m = 5.0,
                         const std::vector<double>& distortion = {});
 

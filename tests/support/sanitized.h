@@ -1,5 +1,5 @@
-// Whether the build uses a sanitizer: it is at least five times slower, and
-// tests with repetitions run fewer of them.
+// Whether the build uses a sanitizer of addresses or threads: it is then at
+// least five times slower, and tests with repetitions run fewer of them.
 #ifndef KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
 #define KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
 

@@ -65,7 +65,8 @@ inline Eigen::MatrixXd Wiggle(int count) {
   return values;
 }
 
-// Zeros, with a one at `place` (Impulse) or ones from `place` on (Step).
+// A column of zeros, with a one in row `place` (Impulse) or ones from this row
+// on (Step).
 inline Eigen::MatrixXd Impulse(int count, int place) {
   Eigen::MatrixXd values = Eigen::MatrixXd::Zero(count, 1);
   values(place, 0) = 1.0;
@@ -77,7 +78,7 @@ inline Eigen::MatrixXd Step(int count, int place) {
   return values;
 }
 
-// Checks the first column in some rows.
+// Expects the values `expected` in the first column of the rows `places`.
 inline void ExpectPlaces(const Eigen::MatrixXd& found,
                          const std::vector<int>& places,
                          const std::vector<double>& expected,
@@ -88,8 +89,8 @@ inline void ExpectPlaces(const Eigen::MatrixXd& found,
   }
 }
 
-// The gain of a linear filter for a cosine of the given frequency, far from the
-// ends.
+// The gain of a linear filter without phase shift for a cosine of the given
+// frequency, a thousand samples from the ends.
 inline double Gain(
     const std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>& filter,
     double frequency_hz, double rate_hz) {

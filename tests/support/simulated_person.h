@@ -34,10 +34,11 @@ SceneModel SmallScene(CameraRig cameras, double frame_rate_hz);
 struct SimulatedNoise {
   double sigma_scale = 1.0;  // times the noise model's sigma
   double correlation_time_s = 0.0;
-  double missing = 0.0;          // probability of a joint not being found
-  double outliers = 0.0;         // share of gross outliers
-  int outlier_burst = 1;         // duration of an outlier [frames]
-  double outlier_low_px = 30.0;  // its size; the offset is constant
+  double missing = 0.0;   // probability that a joint is not found
+  double outliers = 0.0;  // approximate share of gross outliers
+  int outlier_burst = 1;  // duration of an outlier [frames]
+  // Its size is uniform between these; the offset is constant during a burst.
+  double outlier_low_px = 30.0;
   double outlier_high_px = 200.0;
   double confidence_low = 1.0;  // uniform between these
   double confidence_high = 1.0;
@@ -71,14 +72,15 @@ std::vector<std::vector<State>> WalkingMotion(const SceneModel& scene,
                                               int frame_count);
 
 // Detections of the motion `truth` in every camera; sigmas follow the noise
-// model of `options`. The initial pose is the least-squares point of all rays
-// including outliers, so it is worse than the tracker's.
+// model of `options`. The initial position of a joint is the least-squares
+// point of all rays including outliers, so it is worse than the tracker's;
+// without SimulatedNoise::initial_poses it is `centre`.
 SimulatedRecording Simulate(const SceneModel& scene,
                             const GraphOptions& options,
                             std::vector<std::vector<State>> truth,
                             const SimulatedNoise& noise,
                             const Eigen::Vector3d& centre, Random* random);
-// Simulate() around the origin with random numbers from `seed`.
+// The same with the origin as `centre` and random numbers from `seed`.
 SimulatedRecording Simulate(const SceneModel& scene,
                             const GraphOptions& options,
                             std::vector<std::vector<State>> truth,

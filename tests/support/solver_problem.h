@@ -14,8 +14,8 @@
 
 namespace kinegraph::testing {
 
-// All of a person's factors except PersonProblem::prior and
-// PersonProblem::user.
+// Calls `visit` for all of a person's factors except PersonProblem::prior and
+// PersonProblem::user; false if a call returned false.
 template <typename Visit>
 bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
                    const Visit& visit) {

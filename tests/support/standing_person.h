@@ -10,8 +10,8 @@
 
 namespace kinegraph::testing {
 
-// The person faces +x, y is to the left, z is up; limbs are straight, soles
-// horizontal.
+// In metres. The person faces +x, y is to the left, z is up; limbs are
+// straight, soles horizontal.
 class PosedPerson {
  public:
   PosedPerson() {

@@ -1,5 +1,6 @@
 // A person who walks in a circle in view of four cameras, and the resulting
-// recording, to which a test adds a fault. Matches are known.
+// recording, to which a test adds a fault. input.match returns the true
+// matches.
 #ifndef KINEGRAPH_TESTS_SUPPORT_WALKERS_ROOM_H_
 #define KINEGRAPH_TESTS_SUPPORT_WALKERS_ROOM_H_
 
@@ -28,7 +29,7 @@ struct WalkersRoom {
     input.detections = SeenBy(cameras, frames, [](int frame) {
       return std::vector<Pose3d>{WalkerOnARound(frame)};
     });
-    // The first detection of every view that has one.
+    // The person is the first detection of every view that has one.
     input.match = [](const CameraRig&, const DetectionSequence& seen) {
       FrozenMatches matches;
       FrozenPerson& person = matches.people.emplace_back();

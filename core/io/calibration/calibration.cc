@@ -141,8 +141,8 @@ class CameraBuilder {
     return own;
   }
 
-  // Whether an image may show the whole sensor at another resolution, allowing
-  // for rounded sides.
+  // Whether an image of the size `picture` may show the whole sensor at another
+  // resolution: the aspect ratios agree, up to rounding of the sides.
   bool IsScaled(const ImageSize& sensor, const ImageSize& picture) const {
     if (!record_.may_be_scaled || picture.width_px == 0) return false;
     const double high = static_cast<double>(picture.width_px) *
@@ -191,7 +191,8 @@ class CameraBuilder {
   const CameraReadOptions& options_;
 };
 
-// The records to use, in order.
+// The records named by `use` in its order; all in the order of the file if it
+// is empty.
 std::vector<const CameraRecord*> Choose(const CalibrationFile& file,
                                         const std::string& path,
                                         const std::vector<std::string>& use) {

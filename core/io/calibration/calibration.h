@@ -22,13 +22,14 @@ enum class LengthUnit {
   kMillimetre,
 };
 
-// Options of reading cameras: the keys of the table "cameras". The caller of
-// Describe enters the table.
+// Options of reading cameras: the keys of the table "cameras". Describe neither
+// enters nor leaves the table; its caller does (OptionVisitor).
 struct CameraReadOptions {
   std::string format = "auto";  // or a name of CalibrationFormatNames()
-  // Unit of lengths in the file. kAuto: the one that the file specifies,
-  // otherwise the format's: mm for VoxelPose, bioCV and FreeMoCap, cm for
-  // longcw and Panoptic, m for others.
+  // Unit of lengths in the file. kAuto: the one that the file or its format
+  // specifies (CalibrationFile), otherwise the format's usual one: mm for
+  // VoxelPose, OpenCap and bioCV, and for FreeMoCap and Anipose if the squares
+  // of the board are larger than 1; cm for longcw and Panoptic; m for others.
   LengthUnit unit = LengthUnit::kAuto;
   std::vector<double> image_size;  // px: width, height; empty: the file's
   bool ignore_distortion = false;
@@ -47,8 +48,10 @@ CameraRig ReadCameras(const std::string& path,
 
 // The unit in which ReadCameras reads the lengths of a file.
 struct CalibrationUnit {
-  double per_metre = 1.0;      // 1, 100 or 1000
-  bool can_be_changed = true;  // cameras.unit applies: the file states no unit
+  double per_metre = 1.0;  // 1, 100 or 1000
+  // Whether cameras.unit can name another unit: neither the file nor its format
+  // specifies one.
+  bool can_be_changed = true;
 };
 CalibrationUnit UnitOfCalibration(const std::string& path,
                                   const CameraReadOptions& options = {});

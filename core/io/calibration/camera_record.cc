@@ -103,7 +103,7 @@ bool IsHarmlessKey(const std::string& key) {
       "averagereprojectionerror totalavgerr perviewerrors "
       "perviewreprojectionerrors stddeviations std adjusted converged "
       "iterations inliers "
-      // Data from which it was computed.
+      // Data from which the calibration was computed.
       "board boardtype boardsize boardwidth boardheight squaresize "
       "squarelength markersize markerlength pattern patternsize dictionary "
       "flags flagvalue fixaspectratio aspectratio imagepoints gridpoints "
@@ -207,14 +207,15 @@ void KeyReader::ReadCoefficients(bool is_fisheye,
                                                        "k3", "k4", "k5", "k6"};
   static const std::vector<const char*> kFisheye = {"k1", "k2", "k3", "k4"};
   const auto& terms = is_fisheye ? kFisheye : kPolynomial;
-  // A file may omit terms that are 0, such as all but k1.
+  // The vector has at least this length. A file may omit terms that are 0, such
+  // as all but k1.
   const size_t fewest = is_fisheye ? 4 : 5;
   std::vector<double> numbered;
-  for (size_t place = 0; place < terms.size(); ++place) {
-    const auto field = Find(terms[place]);
+  for (size_t i = 0; i < terms.size(); ++i) {
+    const auto field = Find(terms[i]);
     if (!field.has_value()) continue;
-    numbered.resize(std::max(place + 1, fewest), 0.0);
-    numbered[place] = field->Number();
+    numbered.resize(std::max(i + 1, fewest), 0.0);
+    numbered[i] = field->Number();
   }
   if (!numbered.empty()) lenses->push_back(numbered);
   const auto radial = Find("k");

@@ -26,8 +26,9 @@ struct CameraRecord {
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   // K refers to coordinates divided by the image size.
   bool normalised_K = false;
-  // The size is that of the sensor. If cameras.image_size has the same aspect
-  // ratio, images show the whole sensor at another resolution.
+  // The size is that of the sensor, or of its part that the video shows. Images
+  // may show all of it at another resolution: cameras.image_size may differ
+  // from the size if it has the same aspect ratio.
   bool may_be_scaled = false;
   std::string lens_model = "opencv5";
   std::vector<double> distortion;
@@ -40,8 +41,9 @@ struct CameraRecord {
 
 struct CalibrationFile {
   std::vector<CameraRecord> cameras;
-  LengthUnit unit = LengthUnit::kMetre;  // the format's own
-  // The file specifies its unit, which cameras.unit cannot change.
+  LengthUnit unit = LengthUnit::kMetre;  // of the file; never kAuto
+  // The unit is certain, and cameras.unit cannot change it: the file states it,
+  // or the format prescribes it (kinegraph, Qualisys, Vicon, OptiTrack).
   bool states_unit = false;
 };
 
@@ -54,7 +56,7 @@ Eigen::Matrix3d CameraMatrix(const std::vector<double>& numbers);
 // file; nullopt otherwise.
 std::optional<Eigen::Matrix3d> RotationOf(const Eigen::Quaterniond& turn);
 
-// A rotation that is given as a Rodrigues vector or a matrix.
+// A rotation that is given as a Rodrigues vector [rad] or a 3 x 3 matrix.
 Eigen::Matrix3d ReadRotation(const JsonField& field);
 
 // Reads the members of one object and records which were read. An unknown key
@@ -100,7 +102,8 @@ class KeyReader {
   // fisheye model, too. Leaves `record` unchanged if there is no lens.
   void ReadLens(CameraRecord* record);
 
-  // Reads "unit" or "units": m, cm or mm, or their names.
+  // Reads "unit" or "units": m, cm or mm, or their names. Leaves `file`
+  // unchanged if there is neither.
   void ReadUnit(CalibrationFile* file);
 
   // Throws InputError for the first key that was not read and is not harmless
@@ -121,8 +124,8 @@ bool IsHarmlessKey(const std::string& key);
 // Throws InputError for a key that may describe lens or pose.
 [[noreturn]] void FailUnread(const JsonField& object, const std::string& key);
 
-// Whether a member of an object with one member per camera is not a camera: a
-// number or text under a harmless key, or the unit.
+// Whether a member of an object with one member per camera is not a camera:
+// neither object nor array, under a harmless key or "unit" or "units".
 bool IsNoCamera(const std::string& key, const JsonField& field);
 
 // Reads an object with one member per camera. `read` fills in the record, whose

@@ -86,12 +86,15 @@ class ModelFile {
 
 struct ColmapModel {
   const char* name;
-  int focal_lengths;  // one, or fx and fy
-  int coefficients;   // the first of k1 k2 p1 p2 k3 k4 k5 k6; fisheye: k1 .. k4
+  int focal_lengths;  // 1: one for both axes; 2: fx and fy
+  // Number of coefficients, which are the first of k1 k2 p1 p2 k3 k4 k5 k6; of
+  // k1 k2 k3 k4 for a fisheye model.
+  int coefficients;
   bool is_fisheye = false;
 };
 
-// Finds a model that OpenCV's polynomial or its fisheye model can represent.
+// The model of this name; nullptr if neither OpenCV's polynomial nor its
+// fisheye model can represent it.
 const ColmapModel* FindModel(const std::string& name) {
   static const std::vector<ColmapModel> kModels = {
       {"SIMPLE_PINHOLE", 1, 0},
@@ -145,7 +148,8 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
                            next[1] - kPixelMiddle});
   record.distortion.assign(next + 2, numbers.end());
   if (model->is_fisheye) record.lens_model = kFisheyeModel;
-  // MakeLens rejects a single coefficient of OpenCV's polynomial.
+  // MakeLens rejects a single coefficient of OpenCV's polynomial; a fisheye
+  // lens with a further 0 is the same.
   if (record.distortion.size() == 1) record.distortion.push_back(0.0);
   return record;
 }
@@ -176,7 +180,7 @@ CameraRecord ReadImage(const ModelFile& file,
     file.Fail("camera " + Printable(words[8]) + " is not in cameras.txt");
   }
   CameraRecord record = at->second;
-  const auto number = [&](size_t place) { return file.Number(words[place]); };
+  const auto number = [&](size_t i) { return file.Number(words[i]); };
   const auto R = RotationOf({number(1), number(2), number(3), number(4)});
   if (!R.has_value()) file.Fail("QW, QX, QY, QZ are not a unit quaternion");
   record.R = *R;
@@ -199,7 +203,8 @@ void CheckPoints(const ModelFile& file, const std::vector<std::string>& words) {
       "line if it has none");
 }
 
-// Names cameras by their files, or by their folders if these differ.
+// Replaces the names of the images by those of the cameras: the image's path
+// without the extension, or its folder if each image is in a folder of its own.
 void NameByImages(std::vector<CameraRecord>* cameras) {
   std::set<std::string> folders;
   for (const CameraRecord& camera : *cameras) {

@@ -188,7 +188,8 @@ bool IsYamlName(const std::string& name) {
 }
 
 Json ReadCalibrationYaml(const std::string& path) {
-  // The size of four thousand cameras. Limited because the parser is slow.
+  // 4 MiB suffice for four thousand cameras; limited because the parser is
+  // slow.
   constexpr size_t kMaxBytes = size_t{4} << 20;
   return ParseYaml(ReadTextFile(path, kMaxBytes), path);
 }

@@ -80,10 +80,12 @@ const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
 bool IsCalibrationFolder(const std::string& path);
 
 // Reads what an adapter prints for a path: kinegraph's own format, in any unit.
+// states_unit is false: the adapter chooses the unit, so that cameras.unit may
+// replace it.
 CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path);
 
-// Reads files with one camera each: the given file, or `files` of the given
-// folder.
+// Reads files with one camera each, in `unit`: the path of `head` if it is a
+// file, otherwise `files` in that folder.
 CalibrationFile ReadFileACamera(const CalibrationHead& head,
                                 const std::vector<std::string>& files,
                                 LengthUnit unit,

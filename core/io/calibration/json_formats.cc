@@ -37,7 +37,7 @@ bool FirstMemberHas(const CalibrationHead& head,
          FirstMemberHas(head.json, keys);
 }
 
-// Whether the file has the key "cameras" but is not kinegraph's own.
+// Whether the file has the key "cameras" but is not in kinegraph's own format.
 bool HasOthersCameras(const CalibrationHead& head) {
   return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras");
 }
@@ -121,7 +121,7 @@ CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path) {
   head.path = path;
   head.json = ParseJson(OutputOf(adapter, path), path);
   CalibrationFile file = ReadKinegraph(head);
-  file.states_unit = false;  // the adapter specifies it, not the file
+  file.states_unit = false;  // the adapter states the unit, not the file
   return file;
 }
 

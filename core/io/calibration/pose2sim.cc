@@ -5,10 +5,10 @@
 // of the calibration board, which is millimetres in FreeMoCap's. The table
 // "metadata" is not a camera.
 //
-// Caliscope's camera_array.toml has its cameras in the table "cameras", its
-// config.toml beside the tables of the board and of the initial pairs. Cameras
-// without a pose ("null", or no key in newer versions) and cameras that
-// Caliscope ignores are skipped.
+// Caliscope's camera_array.toml has the cameras in the table "cameras"; its
+// config.toml has them at the top level, beside the tables of the board and of
+// the stereo calibrations of pairs. Cameras without a pose ("null", or no key
+// in newer versions) and cameras that Caliscope ignores are skipped.
 //
 // In a session's folder, the file with the cameras is read: camera_array.toml
 // (Caliscope), calibration.toml (FreeMoCap, Anipose, sleap-anipose) or
@@ -93,8 +93,8 @@ CameraRecord ReadPose2simCamera(const std::string& name,
   });
 }
 
-// FreeMoCap stores the side of its board's squares. It is in millimetres,
-// unless the user left it at 1.
+// Whether FreeMoCap's lengths are millimetres: its metadata state the side of
+// the board's squares, which users give in millimetres or leave at 1.
 bool IsInMillimetres(const JsonField& root) {
   const auto metadata = root.Find("metadata");
   if (!metadata.has_value() || !metadata->value().is_object()) return false;
@@ -126,7 +126,8 @@ fs::path SessionFile(const CalibrationHead& head) {
   return folder / kConfig;
 }
 
-// Whether the board beside the calibration has squares too large for metres.
+// Whether the board beside the calibration has squares with sides above 1, too
+// large for metres.
 bool HasBoardInMillimetres(const fs::path& calibration) {
   const fs::path board = calibration.parent_path() / "board.toml";
   if (!IsFile(board.string())) return false;

@@ -20,10 +20,11 @@ std::string LowerText(const XmlElement& element, const char* attribute,
   return text;
 }
 
-// A side of an image, truncated to a whole number.
+// A side of an image, truncated to a whole number. Fails with `message` if it
+// is not within 1 .. 1e6 px.
 int64_t SidePx(double px, const XmlElement& element,
-               const std::string& otherwise) {
-  if (!(px >= 1.0 && px <= 1e6)) element.Fail(otherwise);
+               const std::string& message) {
+  if (!(px >= 1.0 && px <= 1e6)) element.Fail(message);
   return static_cast<int64_t>(px);
 }
 
@@ -97,8 +98,8 @@ CameraRecord ReadQualisysCamera(const XmlElement& camera, double lens_divisor) {
   record.file = camera.file();
   record.name = camera.Text("serial");
   const XmlElement intrinsic = camera.At("intrinsic");
-  // A width below this cannot be in 1/64 px, since it would be less than 313
-  // px; a larger width cannot be in px.
+  // Widths below 20,000 are in px, since they would be less than 313 px if they
+  // were in 1/64 px; larger ones are in 1/64 px.
   constexpr double kFewest = 20000.0;
   if (intrinsic.NumberOr("sensorMaxU", kFewest) < kFewest) {
     intrinsic.Fail("sensorMaxU: found " + intrinsic.Text("sensorMaxU") +

@@ -17,8 +17,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kHead = "%YAML:1.0\n---\n";
 
-// Largest difference between two representations of the same matrix or vector,
-// since files have six decimals.
+// Largest difference between elements of two representations of the same matrix
+// or vector (R_NAME and Rot_NAME, rvec and R): well above the rounding of files
+// with six decimals.
 constexpr double kPoseRounding = 1e-3;
 
 std::vector<std::string> YamlFilesAmong(const std::vector<std::string>& names) {
@@ -28,7 +29,7 @@ std::vector<std::string> YamlFilesAmong(const std::vector<std::string>& names) {
   return files;
 }
 
-// A name, which may be a number without quotes.
+// A name; one without quotes may have been read as a number.
 std::string YamlNameOf(const JsonField& field) {
   if (field.value().is_number()) return std::to_string(field.Integer());
   return field.Text();

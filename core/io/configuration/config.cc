@@ -17,7 +17,7 @@
 namespace kinegraph {
 namespace {
 
-// ---- Words ----
+// ---- Texts of messages ----
 
 std::string Quoted(const std::string& text) {
   return "'" + Printable(text) + "'";
@@ -136,7 +136,7 @@ constexpr GoneKey kGoneKeys[] = {
     {"noise.false_life", "it is always 0.24 s"},
 };
 
-// A value given on the command line.
+// A value given on the command line, and the flag that gave it ("--set").
 struct OverrideValue {
   std::string text;
   std::string source;

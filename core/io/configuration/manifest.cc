@@ -72,8 +72,8 @@ void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
 }
 
 // Makes paths absolute that are relative to the manifest's folder.
-void Place(const std::string& manifest,
-           std::initializer_list<std::string*> paths) {
+void MakeAbsolute(const std::string& manifest,
+                  std::initializer_list<std::string*> paths) {
   const fs::path folder = fs::absolute(manifest).parent_path();
   for (std::string* path : paths) {
     if (!path->empty()) *path = (folder / *path).lexically_normal().string();
@@ -88,8 +88,8 @@ void ReadRecordings(const JsonField& tables, Manifest* manifest) {
     if (recording.ground_truth.empty() != recording.protocol.empty()) {
       table.Fail("ground_truth and protocol must be given together");
     }
-    Place(table.file(),
-          {&recording.cameras, &recording.detections, &recording.ground_truth});
+    MakeAbsolute(table.file(), {&recording.cameras, &recording.detections,
+                                &recording.ground_truth});
   }
 }
 
@@ -100,7 +100,7 @@ void ReadConfigurations(const JsonField& tables, const FindShipped& shipped,
     ManifestConfiguration& one = manifest->configurations.emplace_back();
     ReadTexts(table, TextsOf(&one), 2, &names);
     const std::string named = one.config;
-    Place(table.file(), {&one.config});
+    MakeAbsolute(table.file(), {&one.config});
     if (shipped == nullptr || IsFile(one.config)) continue;
     const std::string found = shipped(named);
     if (!found.empty()) one.config = found;

@@ -4,12 +4,12 @@
 //   held_out = true                   # also score held-out cameras
 //   compare = true                    # compare the smoothing strategies
 //   report = true                     # write an HTML report of each run
-//   [[takes]]
+//   [[takes]]                         # a recording
 //   name = "walk"                     # also the name of its output folder
 //   cameras = "walk/cameras.json"     # relative to the manifest's folder
 //   detections = "walk/poses"
-//   ground_truth = "walk/truth.jsonl" # optional, with its protocol
-//   protocol = "mpjpe"
+//   ground_truth = "walk/truth.jsonl" # optional; requires protocol
+//   protocol = "mpjpe"                # of the evaluation
 //   frames = "0:500"                  # optional
 //   set = "input.frame_rate=25"       # optional: keys of this recording
 //   [[configurations]]
@@ -52,13 +52,14 @@ struct Manifest {
   std::vector<ManifestConfiguration> configurations;
 };
 
-// Returns the path of a configuration of kinegraph ("configs/default.toml"),
-// which need not be beside the manifest; empty if there is none.
+// Returns the path of a configuration that comes with kinegraph
+// ("configs/default.toml"); empty if there is none of this name. Used for
+// configurations that do not exist relative to the manifest's folder.
 using FindShipped = std::function<std::string(const std::string& name)>;
 
 // Throws InputError naming file and key for anything missing, unknown, of the
-// wrong type, or duplicate. There may be no configuration: `compare` can take
-// it from a flag.
+// wrong type, or duplicate. A manifest without configurations is accepted,
+// because `kinegraph compare` can get one from --config.
 Manifest ReadManifest(const std::string& path,
                       const FindShipped& shipped = nullptr);
 

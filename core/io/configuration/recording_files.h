@@ -13,18 +13,18 @@
 namespace kinegraph {
 
 // Reads {"confidence_at_least", "cap_px", "pairing_gate_m", "set": [{"camera",
-// "frame", "detection", "person"}]}; a camera is a name or a number. With
-// `view_names` each camera becomes the view of the same name, otherwise the
-// only view with the same last integer in its name. Throws InputError naming
-// the file.
+// "frame", "detection", "person"}]}; a camera is a name or a number. If
+// `view_names` are given, each camera is replaced by the view of the same name
+// or, if there is none, by the only view whose name has the same last integer.
+// Throws InputError naming the file, also for a camera without such a view.
 HeldOutSet ReadHeldOutSet(const std::string& path,
                           const std::vector<std::string>& view_names = {});
 
 // Writes NAME.bias.json: coefficients of a detector's bias, and the evidence
 // for using them. {"kinegraph_bias": 1, "azimuth_deg", "joints": [{"joint",
 // "used", "observations", "gain", "gain_error", "across_m": [10 numbers],
-// "along_m"}]}. `tracks`: the fingerprint of the tracks to which it belongs
-// (side_files.h), or empty.
+// "along_m": [10 numbers]}]}. `tracks`: the fingerprint of the tracks to which
+// the file belongs (side_files.h), or empty.
 void WriteViewBias(const std::string& path, const ViewBias& bias,
                    const std::string& tracks = "");
 

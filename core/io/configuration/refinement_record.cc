@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-int PlaceOf(const JsonField& field) {
+int ParameterIndexOf(const JsonField& field) {
   const std::string name = field.Text();
   for (size_t i = 0; i < kCameraParameterNames.size(); ++i) {
     if (name == kCameraParameterNames[i]) return static_cast<int>(i);
@@ -26,14 +26,14 @@ RefinementRecord::Camera CameraOf(const JsonField& field) {
     camera.offset_s = clock->At("offset_s").Number();
     camera.drift = clock->At("drift").Number();
   }
-  if (const auto places = field.Find("parameters")) {
-    for (const JsonField& one : places->Elements("parameter")) {
-      const int place = PlaceOf(one);
-      if (!camera.places.empty() && place <= camera.places.back()) {
+  if (const auto names = field.Find("parameters")) {
+    for (const JsonField& one : names->Elements("parameter")) {
+      const int index = ParameterIndexOf(one);
+      if (!camera.places.empty() && index <= camera.places.back()) {
         one.FailExpected(
             "each parameter at most once, in the order of docs/formats.md");
       }
-      camera.places.push_back(place);
+      camera.places.push_back(index);
     }
   }
   return camera;

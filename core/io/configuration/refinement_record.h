@@ -30,8 +30,8 @@ struct RefinementRecord {
   };
   double clock_zero_s = 0.0;
   std::vector<Camera> cameras;
-  // Covariance of all parameters in `places`, camera by camera; empty if
-  // nothing was estimated.
+  // Covariance of the parameters in `places` of all cameras, camera by camera,
+  // in their units; empty if nothing was estimated.
   Eigen::MatrixXd covariance;
 
   bool has_clocks() const;

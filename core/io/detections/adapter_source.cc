@@ -48,7 +48,8 @@ class AdapterSource : public DetectionSource {
   std::unique_ptr<DetectionSource> lines_;
 };
 
-// Removes people without any found joint and renumbers the others.
+// Removes people without any found joint; index_in_file of the others becomes
+// their position among those that remain.
 class SeenPeople : public DetectionSource {
  public:
   explicit SeenPeople(std::unique_ptr<DetectionSource> source)

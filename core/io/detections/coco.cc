@@ -140,7 +140,7 @@ std::vector<std::string> LabelsOf(const JsonObject& names) {
   return labels;
 }
 
-// Takes the skeleton from `meta_info` if that names the joints.
+// Takes the skeleton from `meta_info` if it names the joints.
 void SettleMmposeSkeleton(JsonValue root, DetectionCollector* collector) {
   JsonObject file;
   JsonObject meta;
@@ -186,7 +186,7 @@ void AddInstances(const JsonArray& instances, int64_t frame, size_t view_idx,
   }
 }
 
-// The frames, or of a file of one image, the instances.
+// The list of frames; in a file of a single image, the list of its instances.
 JsonArray FramesOf(JsonValue root) {
   if (!root.is_object()) return AsArray(root, kOutermost);
   return AsArray(Required(AsObject(root, kOutermost), "instance_info"),

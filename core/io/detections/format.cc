@@ -45,7 +45,8 @@ constexpr const char* kCaliscope = "caliscope";
 constexpr const char* kFreemocap = "freemocap";
 constexpr const char* kSleap = "sleap";
 
-// Whether the file has the extension of a format of several files.
+// Whether the file has the extension of a format whose files are looked up in
+// folders.
 bool IsDataFile(const fs::path& path) {
   const std::string extension = path.extension().string();
   return std::any_of(DetectionFormats().begin(), DetectionFormats().end(),

@@ -20,16 +20,17 @@ struct ImageSize {
 };
 
 struct DetectionWriteOptions {
-  ImageSize image_size;  // for formats that store it
+  ImageSize image_size;  // of all views, for formats that store it
 };
 
-// The beginning of a path's content, to recognise its format.
+// The beginning of a path's content, to recognise its format. FileHead
+// describes `file`.
 struct DetectionHead : FileHead {
   bool is_folder = false;
   bool has_folders = false;  // the folder has subfolders that may be views
-  // The path of this beginning: the file itself, or the first .json, .csv or
-  // .h5 file of the folder, otherwise of its first subfolder that has one;
-  // empty if there is none.
+  // The path of the file whose beginning was read: the given file; of a folder,
+  // its first .json, .csv or .h5 file, otherwise the first such file of its
+  // first subfolder that has one; empty if there is none.
   std::string file;
 
   bool Contains(const std::string& text) const {
@@ -62,8 +63,8 @@ struct DetectionFormat {
   Recognise recognise = nullptr;  // null: an adapter recognises it
   Open open = nullptr;
   Write write = nullptr;          // null: read only
-  bool names_image_size = false;  // files store it (--image_size)
-  // Images without detections have no entry.
+  bool names_image_size = false;  // files store the size (--image_size)
+  // Images without detections have no entry in the files.
   bool leaves_out_empty = false;
 };
 
@@ -76,8 +77,8 @@ DetectionHead LookAtDetections(const std::string& path);
 // The first format that recognises `head`, or nullptr.
 const DetectionFormat* RecogniseDetections(const DetectionHead& head);
 
-// Whether the format of `path` omits frames without detections, as far as
-// known.
+// Whether the format of `path` omits frames without detections; false if no
+// format in DetectionFormats recognises it.
 bool LeavesOutEmptyFrames(const std::string& path,
                           const DetectionReadOptions& options);
 

@@ -301,9 +301,9 @@ void WriteFrames(DetectionSource* source, bool skeleton_known,
                 frame.time != TimeOfFrame(frame.frame, header.frame_rate_hz);
     for (const ViewDetections& view : frame.views) {
       own_times = own_times || view.capture_time != frame.time;
-      int place = 0;
+      int index = 0;
       for (const Detection& detection : view.detections) {
-        moved += detection.index_in_file != place++ ? 1 : 0;
+        moved += detection.index_in_file != index++ ? 1 : 0;
         zero_confidence_joints +=
             std::count_if(detection.joints.begin(), detection.joints.end(),
                           [](const Keypoint& joint) {

@@ -21,8 +21,10 @@ namespace kinegraph {
 // When a format's `open` is called, its options have been validated, and
 // `skeleton` is set if either a skeleton or its name was given.
 
-// A keypoint from position and confidence. It is not found if any of them is
-// not finite. All readers use this function to decide which joints are missing.
+// A keypoint from position and confidence. It is not found if one of the three
+// numbers is not finite or, with kMissing, if the confidence is not positive or
+// the position is exactly (0, 0). All readers use this function to decide which
+// joints are missing.
 Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
                       ZeroConfidence zero_confidence);
 // Keypoints from x, y and confidence of each joint in turn.
@@ -43,8 +45,8 @@ NamedPaths ListViewFiles(const std::string& path,
 // The subfolders of a folder that are not hidden, in natural order (2 before
 // 10). Empty for a file.
 NamedPaths ListViewFolders(const std::string& path);
-// The same, but empty if only the folder itself contains files with this
-// extension; the subfolders may then contain images.
+// The same, but empty if the folder itself contains files with this extension
+// and no subfolder does: the subfolders may then contain images.
 NamedPaths ListDataFolders(const std::string& path,
                            const std::string& extension);
 
@@ -83,8 +85,9 @@ class DetectionCollector : public DetectionSource {
   void SettleSkeleton(const std::vector<std::string>& labels,
                       const std::vector<Bone>& bones = {},
                       const std::string& name = "");
-  // Adds a detection and sets its index_in_file. One that is left without
-  // joints, found or not, only counts for the indices of others.
+  // Adds a detection without joints and sets its index_in_file. If the caller
+  // adds no joints to it, Next() leaves it out, but it counts for the indices
+  // of later detections.
   Detection* Add(int64_t frame, size_t view_idx);
   // Adds a detection with these joints, unless none was found.
   void AddFound(int64_t frame, size_t view_idx, std::vector<Keypoint> joints);
@@ -108,9 +111,10 @@ class DetectionCollector : public DetectionSource {
 // a view is assigned to the recording's frame nearest in time and keeps its own
 // capture time. If several frames of a view are assigned to the same frame, the
 // closest is kept. `open` opens the files anew, with all views at the
-// recording's rate. Reads the whole recording. Throws InputError for a view
-// that does not exist and for files that specify the times of their frames, and
-// OptionError if the recording's rate is unknown.
+// recording's rate; it is called once for each group of views with the same
+// rate and offset and once more. Reads the whole recording. Throws InputError
+// for a view that does not exist and for files that specify the times of their
+// frames, and OptionError if the recording's rate is unknown.
 std::unique_ptr<DetectionSource> OpenRated(
     const std::function<std::unique_ptr<DetectionSource>()>& open,
     const DetectionReadOptions& options);
@@ -140,22 +144,25 @@ std::unique_ptr<DetectionSource> OpenEverybodyByAdapter(
     const DetectionReadOptions& options);
 
 // Calls `read` with each object of the array that `list` returns. Errors name
-// the file and the position in the array, such as "entry 3".
+// the file and, by the word `entry`, the position in the array: "entry 3".
+// `key` names the array in errors about an element that is not an object.
 template <typename List, typename Read>
 void ForEachObject(const std::string& path, const std::string& entry,
                    std::string_view key, const List& list, const Read& read) {
-  size_t place = 0;
+  size_t index = 0;
   Located(
-      path, [&] { return entry + " " + std::to_string(place); },
+      path, [&] { return entry + " " + std::to_string(index); },
       [&] {
         for (const JsonValue value : list()) {
           read(AsObject(value, key));
-          ++place;
+          ++index;
         }
       });
 }
 
-// Adds one joint for each "[x, y]" of `points`; `scores` has as many entries.
+// Adds one joint for each "[x, y]" of `points`, with the confidence at the same
+// position in `scores`, which has as many entries. `detection` has no joints
+// yet.
 void AddPoints(const JsonArray& points, std::string_view key,
                const std::vector<double>& scores,
                ZeroConfidence zero_confidence, Detection* detection);

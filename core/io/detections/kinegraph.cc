@@ -228,7 +228,7 @@ class KinegraphSource : public DetectionSource {
   std::optional<TimeNs> last_time_;
   bool had_time_ = false;                    // of any frame
   bool has_time_ = false;                    // of the current frame
-  std::optional<JsonObject> capture_times_;  // likewise
+  std::optional<JsonObject> capture_times_;  // of the current frame
   std::string_view capture_key_;
   std::vector<bool> seen_views_;
 };
@@ -289,7 +289,8 @@ class DetectionWriter::Impl {
     const bool is_first = last_frame_ < 0;
     last_frame_ = frame.frame;
     has_clock_ = has_clock_ || frame.time != 0;
-    // Whether 0 is the time of the first frame follows from the second.
+    // Whether the 0 of the first frame is its time, or means that times are
+    // unknown, follows from the time of the second frame.
     if (is_first && !has_clock_) {
       waiting_ = frame;
       return;

@@ -29,13 +29,13 @@ namespace fs = std::filesystem;
 
 constexpr const char* kOpenposeKeypoints = "pose_keypoints_2d";
 
-// Enough to distinguish two layouts reliably.
+// Number of people that suffices to distinguish two layouts.
 constexpr size_t kPeopleToRecogniseBy = 200;
 constexpr size_t kFilesAView = 40;  // files sampled per view
 
 struct OpenPoseView {
-  std::string FileAt(size_t place) const {
-    return folder + "/" + files[place].second;
+  std::string FileAt(size_t index) const {
+    return folder + "/" + files[index].second;
   }
 
   std::string folder;
@@ -194,16 +194,16 @@ class OpenPoseSource : public DetectionSource {
   void ReadView(const std::string& path, std::vector<Detection>* detections) {
     const JsonArray people = ParsePeople(path);
     detections->resize(people.size());
-    int place = 0;
+    int index = 0;
     size_t count = 0;
     Located(
-        path, [&] { return "people[" + std::to_string(place) + "]"; },
+        path, [&] { return "people[" + std::to_string(index) + "]"; },
         [&] {
           for (const JsonValue person : people) {
             if (ReadPerson(person, &(*detections)[count])) {
-              (*detections)[count++].index_in_file = place;
+              (*detections)[count++].index_in_file = index;
             }
-            ++place;
+            ++index;
           }
         });
     detections->resize(count);
@@ -221,13 +221,13 @@ class OpenPoseSource : public DetectionSource {
   const DetectionReadOptions options_;
   DetectionHeader header_;
   std::vector<OpenPoseView> views_;
-  std::vector<int64_t> frames_;  // of all views
+  std::vector<int64_t> frames_;  // that at least one view has, ascending
   size_t next_ = 0;
   JsonFileParser parser_;
   std::vector<double> numbers_;  // of one person
 };
 
-// Lists that OpenPose always writes, empty when that part is off.
+// Lists that OpenPose always writes; empty for parts that it does not detect.
 constexpr const char* kEmptyParts =
     ", \"face_keypoints_2d\": [], \"hand_left_keypoints_2d\": [], "
     "\"hand_right_keypoints_2d\": [], \"pose_keypoints_3d\": [], "

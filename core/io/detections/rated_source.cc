@@ -52,7 +52,8 @@ bool ShowsAnybody(const DetectionFrame& frame,
 }
 
 // Adds the frames of the views `own`, which have the recording's rate, from the
-// first frame with detections on. Returns the last frame with detections.
+// first frame in which one of them has detections; the views in `others` remain
+// empty. Returns the last frame with detections of `own`; -1 if there is none.
 int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
                     const std::map<size_t, Counting>& others,
                     DetectionSource* source, DetectionCollector* collector) {
@@ -82,7 +83,8 @@ int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
 
 // Adds views with the same counting to the frames of the recording that are
 // nearest in time. A tie goes to the earlier frame, so that the recording does
-// not become longer. Returns the last frame to which detections were added.
+// not become longer. Returns the last frame to which detections were added; -1
+// if there is none.
 int64_t AddViews(const FrameClock& recording, const Counting& counting,
                  const std::vector<size_t>& views, DetectionSource* source,
                  DetectionCollector* collector) {
@@ -133,11 +135,12 @@ std::unique_ptr<DetectionSource> OpenRated(
   const FrameClock clock(header.frame_rate_hz);
   DetectionCollector collector(header);
   int64_t last = AddOwnViews(clock, own, others, source.get(), &collector);
-  // Files at a higher rate have numbers beyond the end of the recording.
   for (const auto& [counting, views] : alike) {
     last = std::max(last,
                     AddViews(clock, counting, views, open().get(), &collector));
   }
+  // Files at a higher rate have frame numbers beyond the end of the recording,
+  // for which AddOwnViews has created frames.
   collector.DropAfter(last);
   return collector.Finish();
 }

@@ -30,6 +30,7 @@ class SkeletonFit {
   // Adds a person. Ignores people with fewer than eight found joints or four
   // bones and, to bound memory, everybody after the first four thousand.
   void See(const Detection& detection);
+  // Whether the limit is reached for at least one candidate.
   bool full() const;
 
   // Number of people measured: the maximum over the candidates.
@@ -62,7 +63,8 @@ class SkeletonFit {
     std::vector<Bone> bones;
     std::vector<double> shares;
     std::vector<double> whole_shares;  // of people of whom an ankle is seen
-    // Lengths by bone and person, as fractions of the diagonal.
+    // By bone: its length in each person that shows it, as a fraction of the
+    // diagonal.
     std::vector<std::vector<double>> lengths;
   };
 

@@ -169,8 +169,9 @@ constexpr double kMostShare = 3.0;
 constexpr double kLeastSpread = 0.1;
 constexpr double kLargestImagePx = 65535.0;  // limit of JPEG; videos are
                                              // smaller
-// People without pixel coordinates that reject a view: a single detection in a
-// corner of the image does not.
+// A view is rejected at this number of people whose coordinates cannot be
+// pixels or may be normalised: a single one may be a detection in a corner of
+// the image.
 constexpr int64_t kEnoughPeople = 10;
 
 bool CanBeShares(const Eigen::AlignedBox2d& box) {
@@ -305,8 +306,8 @@ class CheckedSource : public DetectionSource {
               "detections.max_per_frame");
   }
 
-  // Throws InputError, which names the view but no file, once enough people
-  // show that its positions are not pixels.
+  // Throws InputError, which names the view but no file, once kEnoughPeople
+  // show that the positions in a view are not pixels.
   void SeePositions(const DetectionFrame& frame) {
     for (size_t v = 0; v < positions_.size(); ++v) {
       Positions& seen = positions_[v];
@@ -325,7 +326,7 @@ class CheckedSource : public DetectionSource {
     }
   }
 
-  // At the end of a recording in which no view is certainly in pixels, a single
+  // For the end of a recording: if no view is certainly in pixels, a single
   // person with other positions is enough to reject a view.
   void CheckShortRecording() const {
     if (std::none_of(positions_.begin(), positions_.end(),

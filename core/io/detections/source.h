@@ -1,6 +1,7 @@
-// Reading 2D detections of any detector frame by frame. Of kinegraph's own
-// format, OpenPose's and most of adapters only one frame is in memory; others
-// are read as a whole, since their frames may be in any order.
+// Reading 2D detections of any detector frame by frame. In kinegraph's own
+// format, in OpenPose's and in most formats of adapters, only one frame is in
+// memory; files of others are read as a whole, since their frames may be in any
+// order.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 
@@ -16,8 +17,9 @@
 
 namespace kinegraph {
 
-// Meaning of a joint with confidence 0 or at exactly (0, 0): for joints that
-// they do not see, detectors such as YOLO write (0, 0) with any confidence.
+// Meaning of a joint with confidence 0 (or less) or at exactly (0, 0): for
+// joints that they do not see, detectors such as YOLO write (0, 0) with any
+// confidence.
 enum class ZeroConfidence {
   kMissing,   // not a measurement
   kPosition,  // an ordinary position (e.g. interpolated)
@@ -36,11 +38,12 @@ struct DetectionReadOptions {
   std::optional<Skeleton> skeleton;
   // Overrides the file's frame rate; 0: not given.
   double frame_rate_hz = 0.0;
-  // Refuses that rate if the file states another one.
+  // Throws InputError if the file states a rate that differs from
+  // frame_rate_hz.
   bool refuse_other_rate = false;
-  // Views whose files have their own frame rate [Hz].
+  // By view whose files have their own frame rate: that rate [Hz].
   std::map<std::string, double> view_frame_rate_hz;
-  // Subtracted from the frame numbers of a view's files.
+  // By view: subtracted from the frame numbers in its files.
   std::map<std::string, int64_t> view_frame_offset;
   // Views whose detector exchanges left and right.
   std::vector<std::string> exchange_sides;

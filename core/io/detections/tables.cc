@@ -32,12 +32,12 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-// The position of a name, which is appended if it is new.
-size_t PlaceAmong(const std::string& name, Texts* names) {
+// The index of a name among `names`, to which it is appended if it is new.
+size_t IndexAmong(const std::string& name, Texts* names) {
   const auto at = std::find(names->begin(), names->end(), name);
-  const auto place = static_cast<size_t>(at - names->begin());
+  const auto index = static_cast<size_t>(at - names->begin());
   if (at == names->end()) names->push_back(name);
-  return place;
+  return index;
 }
 
 // Columns of a person's joint; -1: there is none.
@@ -81,7 +81,8 @@ int64_t FrameOfCell(const std::string& cell) {
     throw InputError("frame: found '" + Printable(cell) +
                      "', expected a whole number from 0");
   }
-  return FrameOfName(fmt::format("{:.0f}", *number));  // refuses times
+  // FrameOfName refuses numbers that look like times.
+  return FrameOfName(fmt::format("{:.0f}", *number));
 }
 
 // ---- DeepLabCut ----
@@ -99,9 +100,9 @@ struct DeepLabCutColumns {
   std::vector<std::vector<KeypointColumns>> people;
 };
 
-// Each argument has one name per column, except that `individuals` may be
-// empty. Columns before `first` are the index. Its InputError does not name
-// the file.
+// Each list has one name per column, except that `individuals` may be empty.
+// Columns before `first` are the index of a row: its frame, or folders and an
+// image's name. The InputError does not name the file.
 DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
                                         const Texts& parts, const Texts& coords,
                                         size_t first) {
@@ -109,22 +110,23 @@ DeepLabCutColumns FindDeepLabCutColumns(const Texts& individuals,
   Texts people;
   for (size_t c = first; c < coords.size(); ++c) {
     const size_t person =
-        PlaceAmong(individuals.empty() ? "" : individuals[c], &people);
-    const size_t joint = PlaceAmong(parts[c], &columns.labels);
+        IndexAmong(individuals.empty() ? "" : individuals[c], &people);
+    const size_t joint = IndexAmong(parts[c], &columns.labels);
     if (columns.people.size() <= person) columns.people.emplace_back();
     std::vector<KeypointColumns>& joints = columns.people[person];
     if (joints.size() <= joint) joints.resize(joint + 1);
-    const int place = static_cast<int>(c);
-    if (coords[c] == "x") joints[joint].x = place;
-    if (coords[c] == "y") joints[joint].y = place;
-    if (coords[c] == "likelihood") joints[joint].confidence = place;
+    const int column = static_cast<int>(c);
+    if (coords[c] == "x") joints[joint].x = column;
+    if (coords[c] == "y") joints[joint].y = column;
+    if (coords[c] == "likelihood") joints[joint].confidence = column;
   }
   if (columns.people.empty()) throw InputError("expected columns x and y");
   for (std::vector<KeypointColumns>& joints : columns.people) {
     joints.resize(columns.labels.size());
     for (size_t j = 0; j < joints.size(); ++j) {
       const bool has_x = joints[j].x >= 0;
-      // Individuals lack the unique bodyparts, which belong to "single".
+      // Individuals lack DeepLabCut's "unique bodyparts", which only its
+      // individual "single" has.
       const bool may_lack = !individuals.empty() && joints[j].confidence < 0;
       if (has_x == (joints[j].y >= 0) && (has_x || may_lack)) continue;
       throw InputError("bodypart '" + Printable(columns.labels[j]) +
@@ -193,8 +195,8 @@ class DeepLabCutRecording : public DetectionCollector {
 
   std::unique_ptr<DetectionSource> FinishAll() {
     constexpr double kApart = 0.05;
-    for (const auto& [place, by_detector] : waiting_) {
-      const auto& [frame, view_idx, person] = place;
+    for (const auto& [key, by_detector] : waiting_) {
+      const auto& [frame, view_idx, person] = key;
       Eigen::AlignedBox2d box;  // around all joints that the detectors found
       for (const std::vector<Keypoint>& joints : by_detector) {
         box.extend(BoxAround(joints));
@@ -355,8 +357,8 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
   MediapipeColumns columns;
   for (size_t c = 0; c < header.size(); ++c) {
     const std::string name = PlainCell(header[c]);
-    const int place = static_cast<int>(c);
-    if (name == "frame") columns.frame = place;
+    const int index = static_cast<int>(c);
+    if (name == "frame") columns.frame = index;
     for (const auto& [end, column] :
          {std::pair<std::string, int KeypointColumns::*>{"_x",
                                                          &KeypointColumns::x},
@@ -366,9 +368,9 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
           {"_score", &KeypointColumns::confidence}}) {
       if (!EndsIn(name, end)) continue;
       const size_t joint =
-          PlaceAmong(name.substr(0, name.size() - end.size()), &columns.labels);
+          IndexAmong(name.substr(0, name.size() - end.size()), &columns.labels);
       columns.joints.resize(columns.labels.size());
-      columns.joints[joint].*column = place;
+      columns.joints[joint].*column = index;
     }
   }
   // Other columns may end in _score, such as person_score.

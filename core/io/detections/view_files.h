@@ -37,9 +37,10 @@ DetectionSummary Summarise(const Detection& detection);
 void WriteBox(const DetectionSummary& summary, JsonOutput* out);
 
 // Passes each frame of `source` to `write`, and notes what is lost by a format
-// that stores only frame numbers, x, y and confidence. `skeleton_known`: the
-// file determines the skeleton for its readers; `rate_known`: they know the
-// frame rate; `keeps_times`: the file keeps all times and the order of views.
+// that stores only frame numbers, x, y and confidence. `skeleton_known`:
+// readers of the file can determine the skeleton; `rate_known`: they can
+// determine the frame rate; `keeps_times`: the file keeps all times and the
+// order of views.
 void WriteFrames(DetectionSource* source, bool skeleton_known,
                  LostFields* lost_fields,
                  const std::function<void(const DetectionFrame& frame)>& write,

@@ -290,8 +290,9 @@ class Pairing {
   }
 
   // Whether the numbers in the names permit pairing by order. If views and
-  // cameras have numbers in common, the numbers of one must begin at 0, and
-  // each of the other must be higher by one.
+  // cameras have numbers in common, those of either views or cameras must begin
+  // at 0, and those of the counterparts must be higher by one: views 0, 1, 2
+  // and cameras 1, 2, 3.
   bool MayBeOrdered(const std::vector<size_t>& views,
                     const std::vector<int>& cameras) const {
     const auto integer = [](const Words& words) {

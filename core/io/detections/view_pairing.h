@@ -24,7 +24,7 @@ enum class PairedBy {
   kDistinct,  // equal names, after removing the words common to all
   kOrder,     // only the order of the names
 };
-// Completes "paired ...", e.g. "by the last number in their names".
+// Text that completes "paired ...": "by the last number in their names".
 const char* ToString(PairedBy paired_by);
 
 struct ViewPairing {
@@ -35,13 +35,14 @@ struct ViewPairing {
 // Finds the camera of each view: the one that `map` (view -> camera) names,
 // otherwise the camera with the view's name. The remaining views are paired by
 // the first of the following rules that assigns a different camera to each of
-// them. A rule that fits only some of them is not applied, since views 0, 1, 2
-// may be cameras 1, 2, 3.
+// them (with kLeaveOut, to each for which it finds any). A rule that fits only
+// some of them is not applied, since views 0, 1, 2 may be cameras 1, 2, 3.
 //
 // Names are compared as words and numbers, ignoring case, separators and
 // leading zeros: "take_Cam-01_left" contains "cam1", but not "cam10". The
 // rules are:
-// - one name contains the other; the camera with the most common words counts,
+// - one name contains the other; of several such cameras, the one with the most
+//   words in common is chosen,
 // - the last integers of both names are the same,
 // - the names are the same after removing the words with which all views, or
 //   all cameras, begin and end,
@@ -66,7 +67,8 @@ struct UsedViews {
 };
 
 // Leaves out the views and cameras named in `without` and, if `options.use`
-// selects cameras, the views of all others. Throws InputError like
+// selects cameras, the views of other cameras. `cameras` are those that
+// ReadCameras returned for `options`. Throws InputError like
 // PairViewsWithCameras, for an unknown name in `without`, and if no view is
 // left.
 UsedViews ChooseViews(const std::vector<std::string>& view_names,
@@ -74,7 +76,7 @@ UsedViews ChooseViews(const std::vector<std::string>& view_names,
                       const CameraReadOptions& options = {},
                       const std::vector<std::string>& without = {});
 
-// Removes all other views.
+// Keeps only the views with these indices, in this order.
 void KeepViews(const std::vector<int>& views, DetectionSequence* detections);
 
 }  // namespace kinegraph

@@ -55,7 +55,9 @@ int MakeBeside(const std::string& target, PartialKind kind,
                std::string* temporary) {
   PartialList& list = ThePartialList();
   const std::lock_guard<std::mutex> lock(list.mutex);
-  constexpr int kAttempts = 1000;  // for names of other threads and old files
+  // Names may be in use by other threads, or left by an earlier process with
+  // the same number.
+  constexpr int kAttempts = 1000;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     *temporary = target + kMark + std::to_string(ProcessNumber()) + "-" +
                  std::to_string(attempt);

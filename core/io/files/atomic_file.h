@@ -125,8 +125,8 @@ void CheckFileName(const std::string& name, const std::string& what);
 // their own names into a temporary folder beside the targets. Commit() renames
 // the first one last: if it is new, all others are new, too. If destroyed
 // without Commit(), nothing remains. A process that is killed between two
-// renames leaves new files beside the old first one; therefore each of them
-// contains a fingerprint of the first (side_files.h).
+// renames leaves new files beside the old first one; callers therefore store a
+// fingerprint of the first in each of the others (side_files.h).
 //
 //   AtomicFiles files;
 //   WriteTracks(files.Aside(path), ...);
@@ -167,9 +167,9 @@ class AtomicFiles {
   std::vector<std::string> old_;
 };
 
-// For a program that is about to end: removes all files that do not have their
-// final name yet. Afterwards no file can be created or renamed; attempts block
-// forever.
+// For a program that is about to end: removes the temporary files and folders
+// of all objects above. Afterwards these can neither create nor rename files;
+// attempts block forever.
 void RemovePartialFilesForGood();
 
 }  // namespace kinegraph

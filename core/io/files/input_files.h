@@ -18,8 +18,9 @@ class InputFiles {
 
   // Notes an open file that is being read: only regular files, and at most
   // 65,536 of them, so that memory does not depend on the length of a
-  // recording. Throws InputError on a repeated call, at the end of the file or
-  // when it is read again, if size or modification time have changed.
+  // recording. Readers call it again at the end of the file or when they read
+  // it again; throws InputError if size or modification time have changed since
+  // the first call with this path.
   static void Note(int descriptor, const std::string& path);
 
   // Call this before a file written by this command is removed or rewritten: it

@@ -41,7 +41,8 @@ class Fingerprint {
   uint64_t b_ = 0x9e3779b97f4a7c15u;
 };
 
-// The value of the key, if a text begins with it.
+// The value of kFingerprintKey if it is the first key of the text's object;
+// otherwise empty.
 std::string FingerprintAtHead(const std::string& text) {
   constexpr size_t kDigits = 32;
   constexpr const char* kSpace = " \t\r\n";

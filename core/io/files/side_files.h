@@ -1,4 +1,4 @@
-// Side files of a result: the files that `track` writes besides NAME.jsonl.
+// Side files of tracks: the files that `track` writes besides NAME.jsonl.
 #ifndef KINEGRAPH_CORE_IO_FILES_SIDE_FILES_H_
 #define KINEGRAPH_CORE_IO_FILES_SIDE_FILES_H_
 

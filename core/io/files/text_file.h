@@ -13,7 +13,8 @@
 
 namespace kinegraph {
 
-// Throws InputError naming the file and the error in errno, or bad_alloc.
+// Throws InputError naming the file and the error in errno, or bad_alloc for
+// ENOMEM.
 [[noreturn]] void FailToRead(const std::string& path);
 
 // The file's bytes. Throws InputError naming the file if it is missing, a
@@ -64,8 +65,8 @@ void MakeFolder(const std::string& path);
 // naming the folder if it cannot be listed.
 std::vector<std::string> ListFolder(const std::string& path);
 
-// Runs `read` and adds file and place to the message of its InputError. `place`
-// is a function, called only on errors.
+// Returns read(). Adds `file` and place(), such as "line 3", to the message of
+// its InputError; `place` is called only then.
 template <typename Place, typename Read>
 auto Located(const std::string& file, const Place& place, const Read& read) {
   try {
@@ -81,8 +82,8 @@ auto Located(const std::string& file, const Read& read) {
       file, [] { return ""; }, read);
 }
 
-// Parses a file as a Text (CsvRows, Words) by `read(&text)`. Errors name file
-// and line.
+// Returns read(&text) for the content of a file as a Text (CsvRows, Words).
+// Errors name the file and text.Place(), its current line.
 template <typename Text, typename Read>
 auto ReadText(const std::string& path, const Read& read) {
   const std::string content = ReadTextFile(path);

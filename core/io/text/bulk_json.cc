@@ -73,7 +73,8 @@ std::string Explain(simdjson::error_code error) {
   }
 }
 
-// Index of the quote that closes a text, or the end.
+// Index of the quote that closes the text opened at `open`; text.size() if
+// there is none.
 size_t EndOfText(std::string_view text, size_t open) {
   size_t i = open + 1;
   while (i < text.size() && text[i] != '"') i += text[i] == '\\' ? 2 : 1;

@@ -3,11 +3,10 @@
 // expected ...".
 // For core/io only.
 //
-// Uses simdjson's DOM instead of On Demand (except RawObject), which does not
-// detect invalid text after the values that are read. Both accept duplicate
-// keys; readers of kinegraph's own formats detect these (ReadKeys). NaN and
-// Infinity, which are not valid JSON but are written by Python, are read as
-// null.
+// Uses simdjson's DOM: On Demand, used only by RawObject, does not detect
+// invalid text after the values that are read. Both accept duplicate keys,
+// which readers of kinegraph's own formats detect (ReadKeys). NaN and Infinity,
+// which are not valid JSON but are written by Python, are read as null.
 #ifndef KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 #define KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 
@@ -60,16 +59,18 @@ void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
 // Replaces the key in messages about the outermost value of a text.
 inline constexpr std::string_view kOutermost = "the outermost value";
 
-// Frame numbers are bounded so that arithmetic on them cannot overflow.
-// Identities may be any non-negative number: no arithmetic is done with them.
+// A frame number, bounded so that arithmetic on it cannot overflow, or an
+// identity, which may be any non-negative number, as there is no arithmetic on
+// identities.
 int64_t AsFrame(JsonValue value, std::string_view key);
 int64_t AsId(JsonValue value, std::string_view key);
 // A number of seconds that fits TimeNs.
 TimeNs AsTime(JsonValue value, std::string_view key);
 // A frame rate [Hz]; 0 for null, which means unknown.
 double AsFrameRate(JsonValue value, std::string_view key);
-// `given_hz`, otherwise the file's `stated_hz`; 0: unknown. Throws
-// InputError, which does not name the file, if they differ and `refuse_other`.
+// `given_hz`, otherwise the file's `stated_hz`; 0: unknown. Throws InputError,
+// which does not name the file, if `refuse_other` and both are known and differ
+// (AreOtherRates).
 double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other);
 // Whether two rates or periods differ by more than 1 %.
 bool AreOtherRates(double a_hz, double b_hz);
@@ -150,13 +151,13 @@ class OwnLines {
     return ReadLine("the frame", read);
   }
 
-  // Throws InputError unless frames ascend.
+  // Throws InputError unless `frame` is above that of the previous call.
   void CheckFrame(int64_t frame);
 
   // Text of the current line.
   std::string_view line() const { return {buffer_.data() + begin_, length_}; }
-  // Number of lines in the whole file, without the header; reads the file
-  // again. -1 for a pipe.
+  // Number of lines in the whole file, including blank ones, without the
+  // header; reads the file again. -1 for a pipe.
   int64_t CountFrames() const;
 
  private:
@@ -184,9 +185,9 @@ class OwnLines {
   int silence_ms_ = -1;        // -1: unlimited
   std::vector<char> buffer_ =  // simdjson's padding included
       std::vector<char>((size_t{1} << 16) + simdjson::SIMDJSON_PADDING);
-  size_t begin_ = 0;  // begin of the current line
+  size_t begin_ = 0;  // start of the current line in buffer_
   size_t length_ = 0;
-  size_t next_ = 0;  // begin and end of the unread text
+  size_t next_ = 0;  // start and end of the text after the current line
   size_t end_ = 0;
   int64_t line_number_ = 0;
   int64_t last_frame_ = -1;

@@ -23,6 +23,7 @@ class CsvRows {
   // the number of cells.
   bool Next(std::vector<std::string>* cells, size_t width = 0);
 
+  // The line at which the last row begins.
   std::string Place() const { return "line " + std::to_string(line_); }
 
  private:

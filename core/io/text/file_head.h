@@ -9,12 +9,14 @@
 namespace kinegraph {
 
 struct FileHead {
-  char kind = '\0';               // first character that is not a space
-  std::string beginning;          // first 64 KiB, as plain text
-  std::vector<std::string> keys;  // outermost ones of a JSON object there
+  char kind = '\0';       // first character other than white space; '\0': none
+  std::string beginning;  // first 64 KiB, as plain text (MakePlainText)
+  // If this is a JSON object: its outermost keys within `beginning`.
+  std::vector<std::string> keys;
 
   bool HasKey(std::string_view key) const;
-  std::vector<std::string> FirstRow() const;  // of a table
+  // The cells of the first row, read as a CSV table.
+  std::vector<std::string> FirstRow() const;
 };
 // Throws InputError naming the file if it cannot be read.
 FileHead LookAtFile(const std::string& path);

@@ -29,12 +29,13 @@ std::string Squeezed(std::string_view label) {
 // A part of the body as named in labels.
 struct Part {
   std::string squeezed;
-  // The name if another label is a more exact match of the joint.
+  // kinegraph's name if another label of the file matches `joint` more exactly:
+  // "foot" beside "ankle".
   std::string own;
-  std::string joint;  // the name otherwise
+  std::string joint;  // kinegraph's name otherwise
 };
 
-// Parses a list of "own" or "own=joint".
+// Parses a list of "own" (which is the joint) or "own=joint".
 std::vector<Part> PartsOf(const std::string& list) {
   std::vector<Part> parts;
   for (const std::string& part : Split(list, ' ')) {
@@ -44,7 +45,7 @@ std::vector<Part> PartsOf(const std::string& list) {
   return parts;
 }
 
-// Alternatives for one joint are in order, the more exact ones first.
+// The parts that may be the same joint are in order, the more exact ones first.
 const std::vector<Part>& SidedParts() {
   static const std::vector<Part> kParts = PartsOf(
       "eye eye_inner eye_outer ear mouth shoulder elbow wrist hand=wrist pinky "
@@ -65,7 +66,7 @@ struct Meaning {
   enum class Kind { kExact, kVague, kNone };
   Kind kind = Kind::kNone;
   std::string joint;  // kinegraph's name; the label itself if unknown
-  std::string own;    // the name if another label is the joint
+  std::string own;    // the name if another label is the joint (Part)
   int vagueness = 0;  // higher: less exact
 };
 
@@ -180,14 +181,14 @@ std::vector<std::string> OurJointNames(const std::vector<std::string>& labels) {
   for (size_t i = 0; i < labels.size(); ++i) {
     if (has_l_ear && IsRear(labels[i])) meanings[i] = MeaningOf("r ear");
   }
-  const bool are_a_humans =
+  const bool are_human =
       std::none_of(labels.begin(), labels.end(), IsAnimalPart) &&
       std::any_of(meanings.begin(), meanings.end(), [](const Meaning& meaning) {
         return meaning.kind == Meaning::Kind::kExact;
       });
   std::map<std::string, size_t> exactest;  // by the joint
   for (size_t i = 0; i < labels.size(); ++i) {
-    if (!are_a_humans && meanings[i].kind == Meaning::Kind::kVague) {
+    if (!are_human && meanings[i].kind == Meaning::Kind::kVague) {
       meanings[i] = {Meaning::Kind::kNone, labels[i], labels[i], -1};
     }
     size_t& best = exactest.try_emplace(meanings[i].joint, i).first->second;

@@ -15,11 +15,13 @@ namespace kinegraph {
 // Keeps the order of the file.
 using Json = nlohmann::ordered_json;
 
-// Limits for small files (docs/limits.md): the first, also of YAML, bounds
-// recursion; the second, also of YAML, the time of linear lookups of keys; the
-// third, also of TOML, memory.
+// Limits for small files (docs/limits.md).
+// Levels of nesting, also of YAML; bounds recursion.
 inline constexpr int kMaxJsonDepth = 64;
+// Keys of one object, also of YAML; bounds the time of lookups, which are
+// linear.
 inline constexpr size_t kMaxJsonKeys = 4096;
+// Values of one file, also of TOML; bounds memory.
 inline constexpr size_t kMaxJsonValues = 1'000'000;
 
 // Parses one JSON text. Throws InputError naming `file` (and line and column)
@@ -30,8 +32,9 @@ Json ParseJson(const std::string& text, const std::string& file);
 // Parses YAML, one document as OpenCV's FileStorage writes it. A map of rows,
 // cols and data (OpenCV's !!opencv-matrix) becomes an array of rows. Unquoted
 // scalars that are numbers or null become these, all others texts. Throws
-// InputError naming `file` and line for a syntax error, a repeated key, deep
-// nesting, or more than 16 MiB of values with aliases expanded.
+// InputError naming `file` (and mostly the line) for a syntax error, a repeated
+// key, more than kMaxJsonKeys keys, nesting deeper than kMaxJsonDepth, or more
+// than 16 MiB of values with aliases expanded.
 Json ParseYaml(const std::string& text, const std::string& file);
 
 // The prefix of `text` that is NaN or an infinity in Python's notation, which
@@ -50,7 +53,8 @@ std::string JsonText(const std::string& text);
 // Adds a member without searching for its key, which the object must not have.
 void AppendMember(const std::string& key, Json value, Json* object);
 
-// A value, with its place for messages. Does not own the value.
+// A value, with its file and its path in the file for messages. Does not own
+// the value.
 class JsonField {
  public:
   JsonField(const Json& value, std::string file, std::string where = "");

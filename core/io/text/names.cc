@@ -32,8 +32,8 @@ std::string_view BeforeEnd(std::string_view file_name) {
 // Whether the name contains the seconds of a long-running clock, such as those
 // since 1970, with decimals: "1305031102.175304.png".
 bool HasSeconds(std::string_view name) {
-  constexpr int kFewest = 9;
-  int digits = 0;  // of the current run, without leading zeros
+  constexpr int kFewest = 9;  // digits: at least 1e8 s, three years
+  int digits = 0;             // of the current run, without leading zeros
   for (size_t i = 0; i + 1 < name.size(); ++i) {
     if (name[i] == '.' && digits >= kFewest && IsDigit(name[i + 1])) {
       return true;

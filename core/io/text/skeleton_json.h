@@ -12,8 +12,8 @@
 
 namespace kinegraph {
 
-// The InputError that it throws does not name the file; the caller adds the
-// name (bulk_json.h).
+// Reads such an object. The InputError that it throws does not name the file;
+// the caller adds the name (bulk_json.h).
 Skeleton ReadSkeleton(JsonValue value);
 
 // Reads a skeleton that an adapter specifies: the name of a built-in skeleton,

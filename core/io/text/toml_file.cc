@@ -33,7 +33,7 @@ Json TableToJson(const toml::table& table) {
 // hundred thousand parts ("a.a.a...") creates as many tables. Each part of a
 // key and each bracket is a level below the outermost table. Syntax errors are
 // left to the parser, so strings are followed only as long as they are valid
-// (toml_test.cc compares the two).
+// (toml_test.cc compares this guard with the parser).
 class TomlGuard {
  public:
   TomlGuard(const std::string& text, const std::string& file)

@@ -9,7 +9,8 @@
 
 namespace kinegraph {
 
-enum class WordBreak { kSpace, kSpaceOrCommas };  // commas and semicolons
+// What separates words. kSpaceOrCommas: also commas and semicolons.
+enum class WordBreak { kSpace, kSpaceOrCommas };
 
 // Reads the words of a text one after the other. Its InputErrors do not name
 // the file.
@@ -20,11 +21,12 @@ class Words {
 
   // The next word; empty at the end.
   std::string_view Next();
-  // Read the next word; throw InputError at the end of the text or if something
-  // else is found. `what` completes "expected ...".
+  // Read the next word; throw InputError at the end of the text or if the word
+  // is not the wanted one, a finite number, or a whole number from `low` to
+  // `high`. `what` completes "expected ...".
   std::string_view Need(const char* what);
   void Expect(const char* wanted);
-  double Number(const char* what);  // finite
+  double Number(const char* what);
   int64_t Integer(const char* what, int64_t low, int64_t high);
   [[noreturn]] static void Fail(std::string_view found,
                                 const std::string& expected);
@@ -43,7 +45,8 @@ class Words {
   int64_t line_ = 1;
 };
 
-// Whether a text begins with numbers.
+// Whether all of the first 64 words of a text (or all, if there are fewer) are
+// numbers; false for a text without words.
 bool IsNumberTable(std::string_view text);
 
 // The numbers of a small file, separated by spaces, commas or semicolons.

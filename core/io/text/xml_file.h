@@ -11,7 +11,8 @@
 
 namespace kinegraph {
 
-// An element, with its place for messages. Keeps the whole document alive.
+// An element, with its file and line for messages. Keeps the whole document
+// alive.
 class XmlElement {
  public:
   const std::string& file() const;
@@ -26,8 +27,10 @@ class XmlElement {
   std::optional<XmlElement> Find(const std::string& name) const;
   XmlElement At(const std::string& name) const;
 
-  // Attributes. Numbers must be finite. Numbers() reads numbers separated by
-  // spaces and skips a leading text (Vicon's "ViconRadial2 0 0 ...").
+  // Attributes. Text, Number and Numbers throw InputError if the attribute is
+  // absent; all functions of numbers do if it is not a finite number. Numbers()
+  // reads exactly `count` numbers separated by spaces and skips a leading text
+  // (Vicon's "ViconRadial2 0 0 ...").
   std::optional<std::string> FindText(const std::string& attribute) const;
   std::string Text(const std::string& attribute) const;
   double Number(const std::string& attribute) const;

@@ -47,8 +47,8 @@ using testing::ProjectFile;
 using testing::TemporaryFolder;
 using testing::WriteAs;
 
-// The limit is far above the time of a rejection and far below the time of
-// reading data of the declared size.
+// The limit, 5 s of processor time, is far above the time of a rejection and
+// far below the time of reading data of the declared size.
 void ExpectQuick(const ProcessorTime& used) { EXPECT_LT(used.Seconds(), 5.0); }
 
 // ---- YAML
@@ -77,7 +77,8 @@ TEST(YamlBounds, ManyCommasDoNotExhaustMemory) {
   ExpectQuick(used);
 }
 
-// A hundred thousand aliases of a text of one kilobyte.
+// A hundred thousand aliases of a text of one kilobyte exceed the limit of 16
+// MiB.
 TEST(YamlBounds, AliasesCountTowardsTheLimit) {
   const TemporaryFolder folder;
   const ProcessorTime used;
@@ -106,7 +107,7 @@ TEST(YamlBounds, DepthIsLimited) {
   ExpectQuick(used);
 }
 
-// ---- The pages
+// ---- The pages of the documentation
 
 TEST(Pages, StateTheLimitsOfNumbers) {
   const std::string limits = ReadTextFile(ProjectFile("docs/limits.md"));
@@ -260,7 +261,8 @@ TEST(MatBounds, DimensionsMustMatchTheData) {
   ExpectQuick(used);
 }
 
-// Tags without data, and tags for imaginary parts.
+// A text, and the imaginary part of a number, whose tags state more bytes than
+// the file has.
 TEST(MatBounds, TagsMustBeFollowedByData) {
   constexpr uint32_t kChar = 4;
   constexpr uint32_t kComplexDouble = 0x800 | 6;

@@ -49,7 +49,7 @@ std::string Repeat(const std::string& text, int count,
   return all;
 }
 
-// ---- Valid files, which the corpus corrupts ----
+// ---- Valid files, which the tests below corrupt ----
 
 std::string OpenPose(int numbers) {
   return "{\"version\": 1.3, \"people\": [{\"person_id\": [-1], "
@@ -163,8 +163,9 @@ TEST(BrokenFiles, UnbrokenSamplesAreRead) {
   }
 }
 
-// --- The corpus -------------------------------------------------------------
+// ---- Corrupted files ----
 
+// A broken file.
 struct Case {
   std::string content;
   std::string expected;         // part of the message
@@ -182,7 +183,7 @@ void Check(Reader read, const Files& files, const std::string& open,
   EXPECT_THAT(message, HasSubstr(expected));
 }
 
-TEST(BrokenFiles, OpenPose) {
+TEST(BrokenFiles, OpenPoseFilesAreRefused) {
   // The broken file is the second of a view; the first is valid.
   for (const Case& broken : std::vector<Case>{
            {OpenPose(54), "found 54 numbers"},
@@ -215,7 +216,7 @@ TEST(BrokenFiles, OpenPose) {
   }
 }
 
-TEST(BrokenFiles, DetectionFolders) {
+TEST(BrokenFiles, DetectionFoldersAreRefused) {
   Check(kDetections, {}, "nowhere", "No such file");
   Check(kDetections, {{"x/y", ""}}, "x", "without detections");
   Check(kDetections, {{"t/cam0/readme", ""}}, "t", "no .json");
@@ -234,7 +235,7 @@ TEST(BrokenFiles, DetectionFolders) {
         "detections.skeleton");
 }
 
-TEST(BrokenFiles, Detections) {
+TEST(BrokenFiles, DetectionsAreRefused) {
   const auto header = [](const char* what, const std::string& with) {
     return WithReplaced(DetectionHeaderLine(), what, with) + DetectionLine();
   };
@@ -317,7 +318,7 @@ TEST(BrokenFiles, Detections) {
   }
 }
 
-TEST(BrokenFiles, Tracks) {
+TEST(BrokenFiles, TracksAreRefused) {
   const auto header = [](const char* what, const std::string& with) {
     return WithReplaced(TrackHeaderLine(), what, with) + TrackLine(kPersonText);
   };
@@ -430,7 +431,7 @@ TEST(BrokenFiles, Tracks) {
   }
 }
 
-TEST(BrokenFiles, HeldOutSets) {
+TEST(BrokenFiles, HeldOutSetsAreRefused) {
   const auto set = [](const char* what, const std::string& with) {
     return WithReplaced(HeldOut(), what, with);
   };
@@ -482,7 +483,7 @@ TEST(NotANumber, IsAMissingJoint) {
   }
 }
 
-TEST(BrokenFiles, HundredMegabytesOfBrackets) {
+TEST(BrokenFiles, HundredMegabytesOfBracketsAreRefused) {
   const TemporaryFolder folder;
   const std::string brackets(size_t{100} << 20, '[');
   const std::string array = folder.Write("a.json", brackets);
@@ -494,7 +495,7 @@ TEST(BrokenFiles, HundredMegabytesOfBrackets) {
               HasSubstr("line 2: is longer than 64 MiB"));
 }
 
-// --- .mat -------------------------------------------------------------------
+// ---- .mat ----
 
 // One cell of frames per actor.
 std::string WriteMat(const TemporaryFolder& folder, const std::string& variable,
@@ -510,7 +511,7 @@ std::vector<std::string> TwoActors(const std::string& first_entry) {
           MatCell(3, 1, {nobody, nobody, MatNumbers(14, 3, 3)})};
 }
 
-TEST(BrokenFiles, MatFileWithNaNAndEmptyCells) {
+TEST(BrokenFiles, MatFileWithNaNAndEmptyCellsIsRead) {
   const TemporaryFolder folder;
   const TrackSequence truth = ReadTracks(
       WriteMat(folder, "actor3D", TwoActors(MatNumbers(14, 3, NAN))));
@@ -520,7 +521,7 @@ TEST(BrokenFiles, MatFileWithNaNAndEmptyCells) {
   EXPECT_EQ(truth.frames[2].people.at(1).joints[13].position_m.z(), 3.0);
 }
 
-TEST(BrokenFiles, MatFilesOfWrongShapes) {
+TEST(BrokenFiles, MatFilesOfWrongShapesAreRefused) {
   const auto error = [](const std::string& variable,
                         const std::vector<std::string>& actors) {
     const TemporaryFolder folder;

@@ -35,8 +35,8 @@ TEST(FileKind, RefusesUnknownFiles) {
       HasSubstr("is not a calibration"));
 }
 
-// Formats of any encoding: XML in UTF-8 and UTF-16, a pickle, plain numbers.
-TEST(FileKind, LaboratoryCalibrations) {
+// XML in UTF-8 and UTF-16, a pickle, plain numbers.
+TEST(FileKind, LaboratoryCalibrationsAreRecognised) {
   const TemporaryFolder folder;
   const std::string wide = std::string("\xff\xfe<\0a\0/\0>\0", 10);
   for (const auto& [name, text] :
@@ -49,8 +49,9 @@ TEST(FileKind, LaboratoryCalibrations) {
   }
 }
 
-// The folders of a session's cameras are not mistaken for views of detections.
-TEST(FileKind, OpenCapSession) {
+// The folders of a session's cameras are not mistaken for folders of views with
+// detections.
+TEST(FileKind, OpenCapSessionIsACalibration) {
   const TemporaryFolder folder;
   folder.Write("session/Videos/Cam0/cameraIntrinsicsExtrinsics.pickle", "");
   for (const char* where :

@@ -41,8 +41,8 @@ void ExpectInputError(const Call& call, const std::string& said) {
       << message << "\nexpected: " << said;
 }
 
-// The message with which `read` rejects a file of this name and content.
-// Expects it to begin with the path of the file.
+// The message with which `read(path)` rejects a file of this name and content,
+// which must begin with the path.
 template <typename Read>
 std::string FaultIn(const std::string& name, const std::string& text,
                     const Read& read) {
@@ -55,6 +55,7 @@ std::string FaultIn(const std::string& name, const std::string& text,
 
 // Pairs of a file's text and of a text that the resulting message must contain.
 using Faults = std::vector<std::pair<std::string, std::string>>;
+// Expects `read` to reject a file of this name with each of the texts.
 template <typename Read>
 void ExpectFaultsIn(const std::string& name, const Faults& faults,
                     const Read& read) {

@@ -88,10 +88,10 @@ Written FilesOf(const fs::path& path) {
   return files;
 }
 
-// Writes a result in both locales and expects equal files, and equal recordings
-// read from them, which are compared in kinegraph's own format. Returns whether
-// a reader accepted them: some formats have other skeletons, or lack image
-// sizes.
+// Writes a result in both locales and expects equal files, and equal results
+// read from them, which `rewrite` converts into kinegraph's own format for the
+// comparison. Returns whether the reader accepted the files: some formats have
+// other skeletons, or lack image sizes.
 template <typename Write, typename Rewrite>
 bool ExpectSameInCommas(const Write& write, const Rewrite& rewrite) {
   const TemporaryFolder folder;
@@ -141,7 +141,8 @@ TEST(Locale, CameraAndDetectionFilesDoNotDependOnTheLocale) {
   LostFields lost_fields;
   int read = 0;
   for (const CalibrationFormat& format : CalibrationFormats()) {
-    if (format.write == nullptr || format.name == "tum") continue;  // lenses
+    // "tum" cannot store the lenses of the sample.
+    if (format.write == nullptr || format.name == "tum") continue;
     SCOPED_TRACE(format.name);
     read += ExpectSameInCommas(
         [&](const std::string& path) {

@@ -51,11 +51,11 @@ TEST_F(AdapterTest, TimeoutEndsTheProgram) {
   // minutes.
 }
 
-TEST_F(AdapterTest, PatienceFollowsTheSizeOfASession) {
+TEST_F(AdapterTest, SilenceLimitFollowsTheSizeOfASession) {
   const std::string file = folder_.Write("session/cam1/a.h5", "");
   fs::resize_file(file, uintmax_t{5} << 20);
   const AdapterRun run(Shell("exit 0"), (folder_.path() / "session").string());
-  EXPECT_EQ(run.silence_ms(), 65'000);
+  EXPECT_EQ(run.silence_ms(), 65'000) << "a minute, and a second per MiB";
 }
 
 TEST_F(AdapterTest, HangingAdapterGivesReaderError) {
@@ -63,7 +63,7 @@ TEST_F(AdapterTest, HangingAdapterGivesReaderError) {
   AdapterRun run(hangs, path_, {}, /*silence_ms=*/100);
   const std::string said = InputErrorOf(
       [&] { run.Guard([]() -> int { throw InputError("nothing came"); }); });
-  EXPECT_EQ(said, "nothing came") << "the program did not fail by itself";
+  EXPECT_EQ(said, "nothing came") << "no error of the program, which hangs";
 }
 
 TEST_F(AdapterTest, AdapterErrorPrecedesReaderError) {

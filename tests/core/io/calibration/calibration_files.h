@@ -54,7 +54,7 @@ inline std::vector<double> LensOf(const Camera& camera) {
                                   : camera.lens()->parameters();
 }
 
-// `K` has fx, fy, cx, cy.
+// Expects this name, size (width, height) and `K` (fx, fy, cx, cy), exactly.
 inline void ExpectIntrinsics(const Camera& camera, const std::string& name,
                              const std::vector<int>& size_px,
                              const std::vector<double>& K) {
@@ -65,8 +65,10 @@ inline void ExpectIntrinsics(const Camera& camera, const std::string& name,
             K);
 }
 
-// `tolerance` is relative to the largest element of K and to 1 + |t|, and
-// absolute for R.
+// Expects the same K, R, t and lens; names and sizes are not compared. The
+// largest difference of an element may be `tolerance` for R and `tolerance`
+// times the largest element for K; that of t may have the length `tolerance`
+// times 1 + |t|. Lens terms must be equal.
 inline void ExpectSameCameras(const CameraRig& a, const CameraRig& b,
                               double tolerance) {
   ASSERT_EQ(a.size(), b.size());

@@ -34,7 +34,9 @@ const Camera& Named(const CameraRig& cameras, const std::string& name) {
   return *at;
 }
 
-// Largest distance [px] between the images of points of a box in two cameras.
+// Largest distance [px] between the images of a point in two cameras, over
+// points of a box. Skips points less than 1 m in front of `a` and images far
+// outside; 1e9 if one camera does not see a point.
 double LargestDistancePx(const Camera& a, const Camera& b,
                          const Eigen::Vector3d& low,
                          const Eigen::Vector3d& high) {
@@ -73,7 +75,7 @@ TEST(Calibration, ReadsShelf) {
   EXPECT_DOUBLE_EQ(cameras[0].K()(0, 0), 1063.5121);
   EXPECT_DOUBLE_EQ(cameras[0].K()(1, 2), 350.08829);
   EXPECT_DOUBLE_EQ(cameras[0].t().x(), -0.5942785);
-  // -R^T t, as VoxelPose's file states it in mm.
+  // -R^T t in metres; VoxelPose's file states it in mm.
   EXPECT_NEAR(cameras[0].centre().x(), -1.58645, 1e-5);
 }
 
@@ -151,7 +153,8 @@ TEST(Calibration, ReadsPanoptic) {
   const CameraRig cameras = ReadCameras(path);
   EXPECT_EQ(cameras.size(), 520u);
   EXPECT_EQ(cameras[0].name(), "01_01");
-  const auto is_hd = [](const Camera& camera) {  // HD cameras are panel 0
+  // The names are PANEL_CAMERA; the HD cameras are panel 0.
+  const auto is_hd = [](const Camera& camera) {
     return camera.name().rfind("00_", 0) == 0;
   };
   EXPECT_EQ(std::count_if(cameras.begin(), cameras.end(), is_hd), 31);
@@ -294,7 +297,7 @@ void ExpectEasymocapSample(const CameraRig& cameras) {
   const Camera& first = cameras[0];
   ExpectIntrinsics(first, "01", {1920, 1080}, {1000.0, 1010.0, 960.0, 540.0});
   EXPECT_THAT(LensOf(first), ElementsAre(-0.1, 0.02, 0.001, -0.002, 0.003));
-  // A rotation by 90 degrees about z, written with six decimals.
+  // A rotation vector of 90 degrees about z, written with six decimals.
   EXPECT_NEAR(first.R()(1, 0), 1.0, 1e-6);
   EXPECT_EQ(first.t(), Eigen::Vector3d(0.5, -0.25, 4.0));
   EXPECT_EQ(cameras[1].lens(), nullptr);
@@ -340,7 +343,7 @@ Eigen::Matrix3d RandomRotation(Random* random) {
 }
 
 // P = s K [R | t] with a positive or negative scale s and a skewed K.
-TEST(Calibration, ProjectionMatricesOfAnySignAndScale) {
+TEST(Calibration, ProjectionMatricesOfAnySignAndScaleAreDecomposed) {
   Random random(3);
   for (const double scale : {1.0, -1.0, -3e-4, 250.0}) {
     CameraParameters p;
@@ -380,7 +383,7 @@ constexpr const char* kSmallKrt =
     R"({"0": {"K": [9,0,4, 0,9,3, 0,0,1], "RT": [1,0,0,100, 0,1,0,200,
        0,0,1,300], "imgSize": [8, 6]}})";
 
-TEST(Calibration, UnitAndSizeOptions) {
+TEST(Calibration, UnitIsAppliedAndSizeIsChecked) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("c.json", kSmallKrt);
   CameraReadOptions options;

@@ -73,7 +73,8 @@ const std::string kOpencv =
     OpencvMatrix("R", "3", "3", kIdentity) +
     OpencvMatrix("T", "3", "1", "1, 2, 3");
 
-// A valid file in which one place is changed.
+// A change that makes a valid file invalid: `from` is replaced by `to`; but if
+// `from` is "]})", it is appended to the file.
 struct Change {
   std::string from;
   std::string to;
@@ -100,7 +101,7 @@ std::string EasymocapMember(const std::string& key, const std::string& value) {
 struct Sample {
   std::string file;
   std::string text;
-  std::string lens;  // in the place of MORE
+  std::string lens;  // replaces MORE in the valid file
   Member member;     // nullptr: no other keys are tried
   std::vector<Change> changes;
   CameraReadOptions options = {};
@@ -519,7 +520,7 @@ INSTANTIATE_TEST_SUITE_P(EachFormat, CalibrationKeys,
                            return file.substr(0, file.find('.'));
                          });
 
-// The unit may be next to the cameras.
+// The key "unit" is a member beside the cameras, before or after them.
 TEST(CalibrationUnit, IsReadFromTheFile) {
   const std::string text =
       R"({"0": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],

@@ -74,7 +74,7 @@ TEST(QualisysCalibration, MatchesHandComputedValues) {
   EXPECT_NEAR(px->y(), 1200.0 * y + 352.0, 1e-9);
 }
 
-// 720p of a sensor with 1088 rows: the image is the scaled field of view.
+// An image of 640 x 512 px shows the whole field of view of 960 x 768 px.
 TEST(QualisysCalibration, ASmallerVideoIsScaled) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("cal.txt", kQca);
@@ -114,8 +114,9 @@ TEST(QualisysCalibration, ErrorsNameTheFault) {
       });
 }
 
-// Largest distances between two sets of cameras: in the images of points of a
-// room, and of the cameras' positions.
+// Largest distances between the cameras of two rigs: of the images of points in
+// a room [px], and of the cameras' positions [m]. `points`: number of points
+// that both cameras see, summed over the rig.
 struct Apart {
   double px = 0.0;
   double m = 0.0;
@@ -149,7 +150,7 @@ TEST(QualisysCalibration, EqualsTheTomlConvertedByPose2Sim) {
     ASSERT_EQ(qca.size(), toml.size());
     const Apart apart = Compare(qca, toml);
     EXPECT_GT(apart.points, 500);
-    // The TOML has eight digits.
+    // Rounding: the TOML has eight digits.
     EXPECT_LT(apart.px, 0.001);
     EXPECT_LT(apart.m, 1e-6);
   }
@@ -220,8 +221,8 @@ TEST(ViconCalibration, RadialTermsMapRawToUndistortedPixels) {
   }
 }
 
-// Other programs write such terms. Interpreted in px, they would fold the
-// image.
+// Other programs write terms without unit. As terms in px they would displace a
+// corner by more than its whole radius.
 TEST(ViconCalibration, DimensionlessTermsAreOpenCvTerms) {
   const Camera camera = CamerasOf("lab.xcp", XcpWith("-0.1 0.05 0.01")).front();
   EXPECT_EQ(LensOf(camera), (std::vector<double>{-0.1, 0.05, 0.0, 0.0, 0.01}));
@@ -267,7 +268,8 @@ TEST(OptiTrackCalibration, IsReadInBothEncodings) {
     const Camera& camera = cameras.front();
     EXPECT_EQ(camera.name(), "C11764");
     EXPECT_EQ(camera.width_px(), 1920);
-    // Like the camera of kQca, whose image is cropped.
+    // Like the camera of kQca, whose image is a crop: its principal point
+    // differs by 512 and 188 px.
     const Camera qualisys = CamerasOf("a.txt", kQca).front();
     EXPECT_LT((camera.R() - qualisys.R()).norm(), 1e-15);
     const Eigen::Vector3d point(2.0, 0.9, 1.8);
@@ -409,7 +411,7 @@ TEST(SessionFolder, OldCaliscopeSessionIsReadFromConfig) {
                    "is a folder without");
 }
 
-// Cameras are read from the folder of a session or from its file.
+// Reading the folder of a session and reading its file give the same cameras.
 TEST(SessionFolder, PublicSamplesAreRead) {
   KINEGRAPH_DATA_OR_SKIP(found, "takes");
   const std::filesystem::path recordings = found;

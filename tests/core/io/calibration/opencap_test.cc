@@ -40,7 +40,7 @@ void ExpectTheCamera(const CameraRig& cameras, const std::string& name) {
   Eigen::Matrix3d R;
   R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   EXPECT_EQ(camera.R(), R);
-  // 100 / 1000 is rounded once.
+  // The division by 1000 rounds 0.1 and -0.2.
   EXPECT_LT((camera.t() - Eigen::Vector3d(0.1, -0.2, 3.0)).norm(), 1e-15);
   ASSERT_NE(camera.lens(), nullptr);
   EXPECT_EQ(camera.lens()->parameters(),

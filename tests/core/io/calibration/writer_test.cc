@@ -66,23 +66,25 @@ CameraRig WithSize(CameraRig cameras, int width_px, int height_px) {
   return cameras;
 }
 
+// A format, and what it keeps of the cameras of RigWith.
 struct Case {
   std::string format;
-  double tolerance;
+  double tolerance;  // see ExpectSameCameras
   bool keeps_size;
   bool keeps_lens;
 };
 
-// The unit roundoff times the number of operations, with a margin: a change of
-// unit is two roundings; centre and rotation vector are a dozen; the
-// decomposition of a projection matrix some fifty, times the condition of K.
+// Tolerances: the unit roundoff, 1.1e-16, times the number of roundings, with a
+// margin. A change of unit has two; centre and rotation vector have a dozen;
+// the decomposition of a projection matrix has some fifty, times the condition
+// of K.
 constexpr double kExact = 0.0;
 constexpr double kUnit = 4e-16;
 constexpr double kRotated = 1e-14;
 constexpr double kDecomposed = 1e-11;
 
-// Values that not all other formats can represent: any name, no size, a skew,
-// -0, tiny terms.
+// Values that some other formats cannot represent: any name, no size, a skew,
+// -0, tiny lens terms.
 TEST(OwnCalibration, IsReadBackExactly) {
   CameraRig cameras;
   for (const Camera& camera : RigWith(WithLens::kYes)) {
@@ -125,7 +127,7 @@ TEST(OwnCalibration, RefusesAMissingFolderAndAnEmptyRig) {
 
 class RoundTrip : public ::testing::TestWithParam<Case> {};
 
-TEST_P(RoundTrip, ReadsBack) {
+TEST_P(RoundTrip, ReadsBackWhatTheFormatKeeps) {
   const Case& format = GetParam();
   CameraRig cameras =
       RigWith(format.keeps_lens ? WithLens::kYes : WithLens::kNo);

@@ -91,7 +91,7 @@ TEST(Config, ReadsEveryKind) {
 mode = "graph"
 title = "Shelf"
 [association]
-alpha_2d = 70       # an integer where a number is wanted
+alpha_2d = 70       # an integer is accepted as a number
 epsilon = 9
 backfill = true
 gates = [0, 0.5]
@@ -133,7 +133,7 @@ TEST(Config, ErrorForARemovedKeyNamesTheReplacement) {
       ErrorOf("[tracking]\nmax_age = 10"),
       HasSubstr("sample.toml:2: key 'tracking.max_age': was removed: use "
                 "tracking.max_age_s"));
-  // A removed table represents its keys.
+  // If a table was removed, each of its keys is reported as removed.
   EXPECT_THAT(ErrorOf("", "filters.kalman.jerk_noise.head=50"),
               HasSubstr("was removed: use filters.kalman.process_noise_scale"));
 }

@@ -40,7 +40,7 @@ TEST(ReadHeldOutSet, CamerasBecomeViews) {
   EXPECT_THROW(view("null", {}), InputError);
 }
 
-TEST(ViewBiasFileTest, RoundTrip) {
+TEST(ViewBiasFileTest, IsReadBackExactly) {
   ViewBias bias;
   bias.azimuth_deg = 285.0;
   ViewBias::OfJoint& hip = bias.joints.emplace_back();

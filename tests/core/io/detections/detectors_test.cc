@@ -63,7 +63,7 @@ std::string Mmpose(int64_t frame, const std::string& instances) {
          instances + "]}]";
 }
 
-TEST(DetectorFiles, MmposeAsListWithMetaAndPerImage) {
+TEST(DetectorFiles, MmposeIsReadAsListWithMetaAndPerImage) {
   const TemporaryFolder folder;
   const std::string list = Mmpose(7, Instance(26));
   ExpectHalpe(RecordingIn("cam1.json", list), 7);
@@ -115,7 +115,7 @@ TEST(DetectorFiles, MmposeJointsFollowNamesInTheFile) {
         "meta_info.skeleton_links: found 2, expected 0 .. 1"}});
 }
 
-TEST(DetectorFiles, AlphaPoseFrameFromImageName) {
+TEST(DetectorFiles, AlphaPoseFrameFollowsFromImageName) {
   const DetectionSequence recording = RecordingIn(
       "cam1.json",
       R"([{"image_id": "frame_000031.jpg", "category_id": 1, "keypoints": [)" +
@@ -156,7 +156,7 @@ constexpr const char* kDeepLabCut =
     "0,10.5,20,0.9,30,40,0.8\n"
     "1,11.5,21,0.9,,,\n";
 
-TEST(DetectorFiles, DeepLabCutWithOneAnimal) {
+TEST(DetectorFiles, DeepLabCutWithOneAnimalIsRead) {
   const DetectionSequence recording = RecordingIn("cam1.csv", kDeepLabCut);
   EXPECT_THAT(recording.header.skeleton.joints(), ElementsAre("l_hip", "tail"));
   ASSERT_EQ(recording.frames.size(), 2u);
@@ -178,7 +178,7 @@ TEST(DetectorFiles, ViewsMustHaveTheSameJoints) {
                    "as in the first file");
 }
 
-TEST(DetectorFiles, DeepLabCutWithSeveralAnimalsAndLabelledImages) {
+TEST(DetectorFiles, DeepLabCutWithSeveralAnimalsAndLabelledImagesIsRead) {
   const DetectionSequence recording = RecordingIn(
       "cam1.csv",
       "scorer,,,me,me,me,me\nindividuals,,,a,a,b,b\nbodyparts,,,nose,nose,nose,"
@@ -286,13 +286,14 @@ std::string Semicolons(std::string text) {
   return text;
 }
 
+// The text with other line ends.
 std::string Carriage(const std::string& text, const std::string& end) {
   std::string other;
   for (const char c : text) other += c == '\n' ? end : std::string(1, c);
   return other;
 }
 
-TEST(DetectorFiles, TablesAsWrittenBySpreadsheetsAndEditors) {
+TEST(DetectorFiles, TablesOfSpreadsheetsAndEditorsAreRead) {
   const std::string mark = "\xef\xbb\xbf";
   for (const std::string text :
        {kDeepLabCut,

@@ -99,8 +99,8 @@ TEST(SkeletonFitTest, HalfABodyIsPlausible) {
 TEST(SkeletonFitTest, ShuffledJointsAreImplausible) {
   SkeletonFit fit({&Coco17()});
   for (Detection person : PeopleIn(Coco17())) {
-    // Permutation of 17 in steps of 7: neighbours come from all parts of the
-    // body.
+    // Joint j gets the position of joint 7 j mod 17: the ends of a bone come
+    // from different parts of the body.
     const std::vector<Keypoint> joints = person.joints;
     for (size_t j = 0; j < joints.size(); ++j) {
       person.joints[j] = joints[7 * j % joints.size()];

@@ -1,5 +1,5 @@
-// Reads real data, whose counts are compared with their READMEs, and small
-// files with known content.
+// Reads real data, whose counts are compared with those in the data's READMEs,
+// and small files with known content.
 #include "core/io/detections/source.h"
 
 #include <gmock/gmock.h>
@@ -109,7 +109,7 @@ std::string Summary(const DetectionSequence& sequence) {
 
 // Counts from the READMEs of the data and from independent scripts. Frames that
 // are missing in all views do not count.
-TEST(ReadDetections, RealRecordings) {
+TEST(ReadDetections, RealRecordingsHaveKnownCounts) {
   const auto expect = [](const char* path, const char* summary,
                          const DetectionReadOptions& options = {}) {
     KINEGRAPH_DATA_OR_SKIP(recording, path);
@@ -130,7 +130,7 @@ TEST(ReadDetections, RealRecordings) {
          "2175; 0 joints missing");
 }
 
-TEST(ReadDetections, ShelfOpenPose) {
+TEST(ReadDetections, ShelfOpenPoseHasKnownCounts) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/detections/openpose");
   EXPECT_EQ(OpenDetections(path)->frame_count(), 301);
   const DetectionSequence sequence = ReadDetections(path);
@@ -361,7 +361,7 @@ TEST(ReadDetections, OpenPoseViewsMayLackFrames) {
   EXPECT_EQ(sequence.frames[1].frame, 3);
 }
 
-TEST(ReadDetections, KinegraphFormatFromAPipe) {
+TEST(ReadDetections, KinegraphFormatIsReadFromAPipe) {
   const TemporaryFolder folder;
   const std::string ours = folder.path() / "ours.jsonl";
   const std::string pipe = folder.path() / "pipe";
@@ -377,7 +377,8 @@ TEST(ReadDetections, KinegraphFormatFromAPipe) {
 
 // ---- Views with their own frame rates ----
 
-// Frames 0 .. count - 1 of two views; index_in_file is the number of the frame.
+// A recording with frames 0 .. count_a - 1 of view a and 0 .. count_b - 1 of
+// view b, one person each; index_in_file is the number of the frame.
 DetectionSequence Counting(int64_t count_a, int64_t count_b,
                            double rate_hz = 25.0) {
   DetectionSequence sequence;
@@ -475,9 +476,9 @@ TEST(RatedSource, SlowViewHasNoDetectionsInSomeFrames) {
   EXPECT_EQ(found, (std::vector<int>{0, 1, 2, 3}));
 }
 
-// In a recording at 100 Hz, views at 50 and 25 Hz have every second and every
-// fourth frame up to the end of both; by the file's frame numbers the recording
-// would end earlier.
+// In a recording at 100 Hz, a view at 50 Hz has detections in every second
+// frame and a view at 25 Hz in every fourth, up to the last frame of both; by
+// the frame numbers in the files the recording would end earlier.
 TEST(RatedSource, BaseRateAboveAllViewsLosesNoFrame) {
   const std::vector<DetectionFrame> frames =
       Read(Counting(20, 10, 100.0), Rates({{"a", 50.0}, {"b", 25.0}}));
@@ -493,7 +494,7 @@ TEST(RatedSource, BaseRateAboveAllViewsLosesNoFrame) {
   }
 }
 
-// Frames without detections are kept, except after the end.
+// Frames without detections are returned, except after the last detection.
 TEST(RatedSource, KeepsFramesWithoutDetections) {
   DetectionSequence sequence = Counting(8, 8);
   for (size_t f = 2; f < 5; ++f) {
@@ -547,7 +548,8 @@ TEST(ViewTimes, AreCaptureTimes) {
       InputError);
 }
 
-// A frame without a time is at its number / frame rate.
+// The time of a frame without one is its number / frame rate; it must ascend
+// with the times of the other frames.
 TEST(ViewTimes, FramesWithoutATimeMustFitTheOthers) {
   const std::string first = R"({"frame": 1, "time": 100.0, "views": {}})";
   const std::string error = testing::FaultOf(
@@ -560,8 +562,8 @@ TEST(ViewTimes, FramesWithoutATimeMustFitTheOthers) {
             2u);
 }
 
-// Mirrored pixels are counted from the opposite side.
-TEST(Source, MirroredViewsAreMirroredBack) {
+// In a mirrored image, pixels are counted from the opposite side.
+TEST(DetectionSource, MirroredViewsAreMirroredBack) {
   const std::string text = OwnFile(
       R"({"frame": 1, "time": 0.04, "views": {"a": [{"joints": [[10, 20, 0.9]]}], )"
       R"("b": [{"joints": [[10, 20, 0.9]]}]}})");
@@ -592,8 +594,8 @@ TEST(Source, MirroredViewsAreMirroredBack) {
   EXPECT_THROW(ReadDetections(path, options), OptionError);
 }
 
-// Frames of a view whose files begin at another number are assigned to those of
-// the other views.
+// Frames of a view whose files begin at another number are assigned to the
+// frames of the other views.
 TEST(RatedSource, FrameOffsetsAreSubtractedFromTheNumbersOfAView) {
   DetectionReadOptions options;
   options.view_frame_offset["b"] = 2;

@@ -1,5 +1,5 @@
-// Handwritten files and folders of several cameras, and of several detectors
-// for one camera.
+// Files and folders of several cameras, and of several detectors for one
+// camera: handwritten, and public samples.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -189,8 +189,8 @@ constexpr const char* kHeader =
 TEST(TwoDetectors, AreFusedJointByJoint) {
   const TemporaryFolder folder;
   const std::string header = kHeader;
-  // With a box of 300 x 400 px, positions disagree if they are more than 25 px
-  // apart.
+  // The diagonal of a box of 300 x 400 px is 500 px, so that positions disagree
+  // if they are more than 25 px apart.
   folder.Write("seeds/rng0/cam1.csv", header + "0,100,100,0.9,400,500,0.4\n" +
                                           "1,100,100,0.9,400,500,0.8\n" +
                                           "2,100,100,0.9,,,\n");
@@ -280,7 +280,8 @@ TEST(CaliscopeDetections, OldTablesAreRead) {
   ASSERT_EQ(first.views[0].detections.size(), 1u);
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 11).px, Eigen::Vector2d(110.5, 210.0));
   EXPECT_FALSE(JointOf(recording, 0, 0, 0, 12).found);
-  // Each camera has its own capture time; the frame's time is 6 / 20 Hz.
+  // Each camera has its own capture time, in ns; the frame's time is 6 / 20 Hz.
+  // The double 1000.004 s is accurate to 1e-4 ns, TimeNs to 1 ns.
   EXPECT_EQ(first.time, 300'000'000);
   EXPECT_NEAR(static_cast<double>(first.views[1].capture_time -
                                   first.views[0].capture_time),
@@ -307,7 +308,8 @@ TEST(CaliscopeDetections, NewTablesHaveTimesInTimestampsFile) {
               ElementsAre("point_4", "point_7"));
   EXPECT_EQ(recording.header.frame_rate_hz, 10.0);
   ASSERT_EQ(recording.frames.size(), 2u);
-  EXPECT_EQ(recording.frames[0].views[0].detections.size(), 2u) << "objects";
+  EXPECT_EQ(recording.frames[0].views[0].detections.size(), 2u)
+      << "one detection per object_id";
 }
 
 TEST(CaliscopeDetections, ConfiguredRateHasPrecedence) {

@@ -146,8 +146,8 @@ TEST_F(AtomicFilesTest, InvalidPathsAreRefusedBeforeWriting) {
   }
 }
 
-// The first file is renamed last. If that fails, it is unchanged and does not
-// match the fingerprints in the other files.
+// The first file is renamed last. If this fails, the file of that name is the
+// old one and does not match the fingerprints in the other files.
 TEST_F(AtomicFilesTest, TheFirstFileAppearsLast) {
   AtomicFiles files;
   const std::string tracks = files.Aside(Path("a.jsonl"));

@@ -35,7 +35,7 @@ TEST_F(SideFilesTest, AreUsedOnlyWithMatchingTracks) {
   EXPECT_TRUE(notes.empty());
   EXPECT_EQ(SideFileOf(other, kSummaryEnd, &notes), "");
   EXPECT_EQ(notes.size(), 1u);
-  EXPECT_EQ(SideFileOf(tracks, kBiasEnd, &notes), "") << "is not there";
+  EXPECT_EQ(SideFileOf(tracks, kBiasEnd, &notes), "") << "does not exist";
   EXPECT_EQ(notes.size(), 1u);
 }
 

@@ -42,7 +42,8 @@ TEST(NaturalLess, ComparesNumbersAsNumbers) {
   EXPECT_TRUE(NaturalLess("a", "b"));
   EXPECT_TRUE(NaturalLess("cam", "cam0"));
   EXPECT_FALSE(NaturalLess("cam1", "cam1"));
-  // A strict order: names that differ only in zeros are not equal.
+  // A strict order: of names that differ only in leading zeros, one precedes
+  // the other.
   EXPECT_NE(NaturalLess("cam1", "cam01"), NaturalLess("cam01", "cam1"));
   EXPECT_TRUE(NaturalLess("1_01_b", "01_1_c"));
 }
@@ -98,7 +99,8 @@ TEST(JointNames, AreUniqueForAllSpellings) {
            {{"root", "hip", "pelvis", "left_hip"},
             {"root", "hip", "mid_hip", "l_hip"}},
            {{"left_toe", "left_big_toe"}, {"l_toe", "l_big_toe"}},
-           // A box, or an animal.
+           // "rear" is the back of a box, and the right ear of an animal with a
+           // left one.
            {{"front", "Rear"}, {"front", "Rear"}},
            {{"nose", "lear", "rear"}, {"nose", "l_ear", "r_ear"}},
            {{"leftear", "rightear", "rear"}, {"l_ear", "r_ear", "rear"}},
@@ -158,7 +160,8 @@ TEST(JointNames, BonesOfTheFileHavePrecedence) {
       "bones: [0, 3] does not join two of the 3 joints");
 }
 
-// Among markers, "head" and "hip" must not become head_top and mid_hip.
+// The markers of the joints "head" and "hip" must not be read back as head_top
+// and mid_hip if the skeleton has these joints, too.
 TEST(JointNames, MarkerNamesAreReadBack) {
   const std::vector<std::string> joints = {"head_top", "head",     "mid_hip",
                                            "hip",      "l_foot",   "l_ankle",
@@ -176,8 +179,8 @@ TEST(JointNames, MmposeWholeBodyIsRecognised) {
   for (const std::string& joint : WholeBody133().joints()) {
     labels.push_back(LongJointName(joint));
   }
-  // MMPose has other names for these points (face-0, left_hand_root, ...); any
-  // names must do.
+  // MMPose has other names for the points of face and hands (face-0,
+  // left_hand_root, ...); any names are accepted there.
   for (size_t i = 23; i < labels.size(); ++i) {
     labels[i] = "point-" + std::to_string(i);
   }

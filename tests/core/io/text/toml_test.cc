@@ -81,9 +81,9 @@ TEST(ParseToml, LimitsValues) {
               HasSubstr("a.toml:1: contains more than 1000000 values"));
 }
 
-// The guard is tested with the parser that it protects: accepted texts are
-// parsed, traversed and destroyed within 64 kB of stack; otherwise a signal
-// ends this program.
+// The limits of depth (TomlGuard) are tested with the parser that they protect:
+// accepted texts are parsed, traversed and destroyed within 64 KiB of stack;
+// otherwise a signal ends this program.
 TEST(ParseToml, AcceptedTextsNeedLittleStack) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers need more stack";
@@ -110,9 +110,9 @@ TEST(ParseToml, AcceptedTextsNeedLittleStack) {
   for (const char c : std::string("\"'\\#\n\t[]{},a.\x0b")) {
     pieces.emplace_back(1, c);
   }
-  // 64 kB plus the stack of the thread and of the test itself.
+  // 64 KiB, and 32 KiB for the thread and the test itself.
   constexpr size_t kStackBytes = (size_t{64} + 32) << 10;
-  int taken = 0;
+  int accepted = 0;
   OnSmallStack(kStackBytes, [&] {
     std::minstd_rand random(1);
     for (int round = 0; round < 20000; ++round) {
@@ -120,7 +120,7 @@ TEST(ParseToml, AcceptedTextsNeedLittleStack) {
       for (size_t n = random() % 24; n > 0; --n) {
         text += pieces[random() % pieces.size()];
       }
-      taken += TomlError(text).empty() ? 1 : 0;
+      accepted += TomlError(text).empty() ? 1 : 0;
     }
     // The deepest accepted nesting: header, key and brackets.
     const std::string header = "[[" + Repeated("a.", 29) + "a]]\n";
@@ -129,7 +129,7 @@ TEST(ParseToml, AcceptedTextsNeedLittleStack) {
                           Repeated("]", 32) + "\n"),
                 IsEmpty());
   });
-  EXPECT_GT(taken, 100);
+  EXPECT_GT(accepted, 100) << "too few to test the parser";
 }
 
 }  // namespace
