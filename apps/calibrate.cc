@@ -204,7 +204,7 @@ CalibrationInput InputOfFlags(const RunOptions& options,
   if (!(FLAGS_focal_error >= 0.0 && FLAGS_focal_error <= 50.0)) {
     throw InputError("--focal_error: expected 0 .. 50 %");
   }
-  // Also with its default value.
+  // True also if the flag is given with its default value.
   const bool has_focal_error =
       !gflags::GetCommandLineFlagInfoOrDie("focal_error").is_default;
   input.in_step = FLAGS_in_step;
@@ -238,7 +238,7 @@ constexpr std::array kMetreFrom = {"population", "scale", "distance",
                                    "cameras_apart"};
 
 // null for 0, which stands for an unknown value.
-Json NumberOrNull(double px) { return px > 0.0 ? Json(px) : Json(); }
+Json NumberOrNull(double value) { return value > 0.0 ? Json(value) : Json(); }
 
 std::string JsonReport(const RecordingCalibration& recording,
                        const KnownLength& length,

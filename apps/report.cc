@@ -93,7 +93,8 @@ void NameApart(const std::vector<std::string>& paths,
   }
 }
 
-// Reads the names of people and the side files of `track`.
+// Reads the people's names, and the edits of NAME.identity.jsonl if `track`
+// wrote one.
 void ReadIdentity(const std::string& path, PageResult* result,
                   std::vector<std::string>* notes) {
   result->names = ReadPersonNames(path);
@@ -282,7 +283,8 @@ std::string WhatVideosLack(const ViewImages& images, const PageInput& input) {
   return text;
 }
 
-// Links images and videos or embeds them in the page; returns a note about it.
+// Links images and videos or embeds them in the page. Returns lines on frames
+// without a video image and on the number of embedded pictures.
 std::string AddImages(const ViewImages& images, PageInput* input) {
   const auto max_bytes = static_cast<size_t>(1e6 * FLAGS_embed_megabytes);
   const size_t taken = AddVideos(images, FLAGS_out, max_bytes, input);
@@ -378,11 +380,11 @@ void RunReport() {
     images = ReadViewImages(FLAGS_images, input);
   }
   WithFolders(FLAGS_out);
-  const std::string told = AddImages(images, &input);
+  const std::string image_notes = AddImages(images, &input);
 
   const PageData data = MakePageData(input, page_options);
   const size_t page_bytes = WritePage(input.title, data.json, FLAGS_out);
-  std::fputs((SummaryText(data, page_bytes) + told).c_str(),
+  std::fputs((SummaryText(data, page_bytes) + image_notes).c_str(),
              SummaryStream(FLAGS_out));
 }
 

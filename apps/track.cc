@@ -430,7 +430,7 @@ void RunTrack() {
   RecordingReport report =
       TrackFrames(recording, source.get(), &session, &output);
   AddBadFrames(source->bad_frames(), &report);
-  // Other commands read no stream, but its recorded file.
+  // No other command reads a live stream: FILE stands for a recording of it.
   NameInputs(Flag("cameras", FLAGS_cameras) +
                  Flag("detections", IsLive() ? "FILE" : FLAGS_detections),
              Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +

@@ -6,10 +6,9 @@
 //   doctor_accuracy [SCENES_PER_KIND] [FIRST_SEED] [KIND] [--json=FILE]
 //
 // Prints one line per kind: the numbers of scenes, of scenes whose fault was
-// identified, of scenes with a finding of another kind of confidence 0.8 or
-// more
-// ("wrong"), and of verdicts "suspect"; then totals with one-sided 95 % limits
-// (Clopper and Pearson 1934).
+// identified ("named"), of scenes with a finding of another kind whose
+// confidence is 0.8 or more ("wrong"), and of verdicts "suspect"; then totals
+// with one-sided 95 % limits (Clopper and Pearson 1934).
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -46,6 +45,7 @@ void EachPose(FaultyScene* scene,
   for (Camera& camera : scene->cameras) camera = stated(camera);
 }
 
+// Rotates the images of view `v`; 0 quarter turns: mirrors them instead.
 void TurnImages(FaultyScene* scene, size_t v, int quarter_turns) {
   const double width = scene->cameras[v].width_px();
   const double height = scene->cameras[v].height_px();
@@ -74,7 +74,7 @@ void ScaleImages(const std::function<double(const Camera&)>& factor,
 }
 
 // States a frame rate `factor` times the true one, with frame times to match.
-void TellRate(double factor, FaultyScene* scene) {
+void StateRate(double factor, FaultyScene* scene) {
   scene->scene.frame_rate_hz *= factor;
   scene->detections.header.frame_rate_hz *= factor;
   for (DetectionFrame& frame : scene->detections.frames) {
@@ -261,12 +261,12 @@ std::vector<Fault> Faults() {
       {"frame rate told ten times too high",
        {"frame_rate"},
        plain,
-       [](Random*, FaultyScene* scene) { TellRate(10.0, scene); }},
+       [](Random*, FaultyScene* scene) { StateRate(10.0, scene); }},
       {"75 s between frames",
        {"frame_rate"},
        plain,
        [](Random*, FaultyScene* scene) {
-         TellRate(1.0 / (75.0 * scene->scene.frame_rate_hz), scene);
+         StateRate(1.0 / (75.0 * scene->scene.frame_rate_hz), scene);
        }},
       {"joints of BODY_25B told as BODY_25's",
        {"skeleton"},
@@ -370,6 +370,7 @@ nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
     }
     int named = 0, wrong = 0, suspect = 0;
     for (int i = 0; i < scenes; ++i) {
+      // The length of the name gives most kinds other scenes.
       Random random(first_seed + 1000 * static_cast<uint64_t>(i) +
                     fault.name.size());
       FaultySceneOptions options;

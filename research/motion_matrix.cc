@@ -13,6 +13,9 @@
 // --details adds to the JSON, per detector, coverage and errors by acceleration
 // and views with 95 % intervals: a bootstrap over clips and seeds.
 //
+// --rest lets the person hold the first pose before the clip (AfterRest);
+// --joint_sway moves joint centres relative to the bones (WithJointSway).
+//
 // Association is fixed: every detection belongs to the person. Errors are those
 // of the joints from shoulders to ankles; a joint that is not written counts as
 // 500 mm. The first second of a recording is counted separately.
@@ -49,6 +52,7 @@ constexpr double kNotWritten_m = 0.5;
 constexpr double kApart_s = 1.0;  // beginning that is counted separately
 // 95 % quantile of chi-square with three degrees of freedom.
 constexpr double kChi95 = 7.8147;
+// Upper ends of the bins by a joint's true acceleration [m/s^2].
 constexpr std::array<double, 4> kAccelerations = {5.0, 15.0, 30.0, 1e9};
 
 const std::vector<DetectorModel>& Detectors() {
@@ -90,7 +94,7 @@ struct Share2 {
 struct Errors {
   std::vector<float> errors_m;
   std::array<std::vector<float>, 4> by_acceleration_m;
-  double first_second_sum = 0.0;
+  double first_second_sum = 0.0;  // of squared errors [m^2]
   double first_second_count = 0.0;
   Share2 inside;  // of the 95 % ellipsoid
   std::array<Share2, 4> inside_by_acceleration;
@@ -116,6 +120,8 @@ double RmseOf(const std::vector<float>& errors_m) {
   return 1e3 * std::sqrt(sum / static_cast<double>(errors_m.size()));
 }
 
+// The true acceleration of a joint in frame `k` [m/s^2]; 0 at the ends of the
+// clip.
 double Acceleration(const SteadyClip& clip, size_t k, int joint_idx) {
   // Over about a thirtieth of a second, but at least one frame.
   const auto step =

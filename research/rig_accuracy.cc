@@ -434,9 +434,9 @@ struct RoomScore {
   RigVerdict verdict = RigVerdict::kRefused;
   int cameras = 0;
   double rotation_deg = 0.0;  // the largest
-  double place = 0.0;
-  int covered = 0;  // rotations and places within 95 %
-  int counted = 0;
+  double place = 0.0;  // the largest error of a centre / size of the room
+  int covered = 0;     // rotations and centres within their 95 % regions
+  int counted = 0;     // rotations and centres
   double clock_ms = 0.0;
   double nees = 0.0;  // of all rotations and centres, over degrees of freedom
 };
@@ -569,8 +569,8 @@ TrackingError TrackingErrorOf(const Room& room, const RunOptions& options,
           EvaluateMpjpe(truth, Nearest(truth, tracks)).raw_m};
 }
 
-// Logarithms of the ratio of errors with the found cameras to those with the
-// true ones.
+// Prints the errors of joints with the found and with the true cameras. Returns
+// the logarithms of their ratios.
 TrackingError CompareTracking(const Room& room, const RunOptions& options,
                               const RecordingCalibration& found) {
   std::vector<CameraChange> late(room.late_s.size(), CameraChange::Zero());

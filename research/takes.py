@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Scores recordings of others: research/takes.py [NAME ...] prints the table
+"""Scores recordings made by others: research/takes.py [NAME ...] prints the table
 "Recordings of others" of docs/results.md; research/remake calls it.
 
 Every recording is tracked with the configuration that `init` writes and scored by

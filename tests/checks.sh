@@ -106,9 +106,9 @@ PYTHON
 configure_instrumented() {
   need clang-14 clang++-14 ninja
   # Clang without its runtime libraries cannot link such programs.
-  local folder
-  folder=$(clang++-14 -print-file-name=libclang_rt.fuzzer-x86_64.a)
-  [[ $(uname -m) != x86_64 || -e $folder ]] || skip "needs libclang-rt-14-dev"
+  local library
+  library=$(clang++-14 -print-file-name=libclang_rt.fuzzer-x86_64.a)
+  [[ $(uname -m) != x86_64 || -e $library ]] || skip "needs libclang-rt-14-dev"
   local launcher=""
   if command -v ccache >/dev/null; then launcher=ccache; fi
   cmake --preset fuzz -B "$build/fuzz" -DCMAKE_CXX_COMPILER_LAUNCHER=$launcher ||

@@ -167,12 +167,12 @@ std::vector<Task> TasksOf(const Manifest& manifest) {
       task.recording = recording.name;
       task.configuration = configuration.name;
       task.steps = StepsOf(manifest, recording, configuration);
-      std::string told = recording_marks + ContentMark(configuration.config);
+      std::string inputs = recording_marks + ContentMark(configuration.config);
       for (const TaskStep& step : task.steps) {
-        told += fmt::format("{} {}\n", step.command,
-                            fmt::join(step.arguments, " "));
+        inputs += fmt::format("{} {}\n", step.command,
+                              fmt::join(step.arguments, " "));
       }
-      task.fingerprint = fmt::format("{:08x}", Crc32(told));
+      task.fingerprint = fmt::format("{:08x}", Crc32(inputs));
       tasks.push_back(std::move(task));
     }
   }

@@ -43,7 +43,7 @@ enum class TaskState {
   kOther,
 };
 
-// DIR/TAKE/CONFIGURATION, and the file with the error of a failed task.
+// OUT/RECORDING/CONFIGURATION, and the file with the error of a failed task.
 std::string FolderOf(const Task& task, const std::string& out);
 std::string FailureFile(const Task& task, const std::string& out);
 

@@ -95,14 +95,14 @@ std::vector<FrameRange> ParseFrameRanges(const std::string& text,
 std::vector<std::string> ParseList(const std::string& text,
                                    const std::string& flag);
 
-// "--cameras=calibration.json". Flags of one name have the same meaning in
+// "--cameras=calibration.toml". Flags of one name have the same meaning in
 // every command, except for those with a command-specific example.
 std::string FlagExample(const std::string& command, const std::string& flag,
                         const std::string& type,
                         const std::string& default_value);
 
 // Flags outside the brackets of a usage such as "--cameras=F [--mode=M]
-// --out=F", in its first form if there are several.
+// --out=F"; of a usage with several command lines, those of the first.
 std::set<std::string> RequiredFlags(const std::string& usage);
 
 }  // namespace kinegraph

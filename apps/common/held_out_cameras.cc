@@ -137,8 +137,8 @@ struct HeldOutRun {
   ViewBias bias;
 };
 
-// Checks that there is one run per view, and no --folds with them, or a
-// configuration to make the runs.
+// With --runs: checks that there is one per view, and no --folds. Without: that
+// there is a configuration to track with.
 void CheckRuns(const HeldOutInput& input) {
   const HeldOutRequest& request = input.request;
   if (request.runs.empty()) {

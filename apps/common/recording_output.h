@@ -22,7 +22,7 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 // a value.
 std::string Flag(const std::string& name, const std::string& value);
 
-// Lines of at most 100 columns for a terminal. A warning is followed by its
+// Lines of at most 98 columns for a terminal. A warning is followed by its
 // remedy, unless the next warning has the same one; commands are not wrapped.
 std::string ReportText(const RecordingReport& report);
 std::string WarningsText(const RecordingReport& report);

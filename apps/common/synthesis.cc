@@ -96,7 +96,7 @@ void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
 
 // ---- scene.json: the configuration, and the truth of each detection ----
 
-std::string Seconds(double value) {
+std::string SixDigits(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.6g", value);
   return text;
@@ -108,8 +108,8 @@ std::string SpansJson(const std::vector<TimeSpan>& spans, double end_s) {
     const double begin = std::max(0.0, span.begin_s);
     const double end = std::min(end_s, span.end_s);
     if (begin >= end) continue;
-    json += (json.size() > 1 ? ", [" : "[") + Seconds(begin) + ", " +
-            Seconds(end) + "]";
+    json += (json.size() > 1 ? ", [" : "[") + SixDigits(begin) + ", " +
+            SixDigits(end) + "]";
   }
   return json + "]";
 }
@@ -121,7 +121,7 @@ std::string PersonJson(const Actor& person, size_t id, double end_s) {
     json += ", \"clip\": " + JsonText(facts.clip) +
             ", \"clip_id\": " + std::to_string(facts.clip_id.value());
   }
-  return json + ", \"stature\": " + Seconds(facts.stature_m) +
+  return json + ", \"stature\": " + SixDigits(facts.stature_m) +
          ", \"present\": " + SpansJson(facts.present, end_s) +
          ", \"seated\": " + SpansJson(facts.seated, end_s) + "}";
 }

@@ -24,8 +24,8 @@ namespace kinegraph {
 //
 // .jsonl, .json and streams select kinegraph's own format, which is written as
 // frames become final; for others (core/io/tracks/format.h) the recording is
-// kept until its end. Formats with one file per person, such as .trc, create a
-// folder of that name without the extension.
+// kept in memory until its end. Formats with one file per person, such as .trc,
+// or per frame create a folder of that name without the extension.
 class TrackOutput {
  public:
   // Throws what CheckTrackOutput and AtomicFiles throw. `observations`: see

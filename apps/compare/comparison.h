@@ -1,6 +1,7 @@
-// Reads recordings, freezes their matches, and runs strategies on these. A
-// constant pixel shift per camera, the approximate effect of a calibration
-// error, may be subtracted from the detections.
+// Tracks a recording once, keeps ("freezes") its matches of detections to
+// people, and runs every strategy on them. A constant pixel shift per camera,
+// the approximate effect of a calibration error, may be subtracted from the
+// detections.
 #ifndef KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 #define KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 
@@ -51,8 +52,10 @@ struct Comparison {
   std::vector<Fold> folds;
   HeldOutSet set;              // in the frames of the folds
   std::vector<double> cap_px;  // one per view
-  TrackSequence reference;     // people of `set`, with the run's identities
-  std::vector<PersonFrames> people;  // written people, in the folds' frames
+  // The people that the frozen run writes in the folds' frames, with their
+  // identities and matches but without positions; `set` is made from them.
+  TrackSequence reference;
+  std::vector<PersonFrames> people;  // of `reference`, with their frames
   std::optional<TrackSequence> truth;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // UpOfTruth
   std::optional<PcpProtocol> protocol;  // for PCP, in the folds' frames
@@ -94,8 +97,9 @@ struct StrategyRun {
   // views passed the joints filter. This does not depend on the strategy, so
   // that smoothness is compared on the same joints.
   TrackSequence alike;
-  int64_t cpu_ns = 0;
+  int64_t cpu_ns = 0;         // of the estimators
   int64_t person_frames = 0;  // passed to the estimators
+  // From a frame until its pose is final, at most; empty if whole_recording.
   std::optional<TimeNs> delay;
   bool whole_recording = false;  // no pose was final before the end
 };

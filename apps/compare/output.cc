@@ -570,7 +570,8 @@ std::string ErrorsCsv(const CompareResult& result) {
   for (size_t j = 0; j < first.joint_units.size(); ++j) {
     const auto unit = static_cast<size_t>(first.joint_units[j]);
     const auto error = [j](const StrategyResult* one) {
-      const float error_px = one->scores.joint_errors_px[j];  // with all digits
+      const float error_px = one->scores.joint_errors_px[j];
+      // Nine digits identify a float.
       return error_px < 0.0F ? "" : fmt::format("{:.9g}", error_px);
     };
     table.AddRow(

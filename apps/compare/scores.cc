@@ -150,7 +150,7 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
                 StrategyScores* scores) {
   BootstrapOptions bootstrap = comparison.bootstrap();
   // Quantiles cost a pass over all joints per resample.
-  constexpr int64_t kMostWork = 400'000'000;
+  constexpr int64_t kMostWork = 400'000'000;  // joints times resamples
   const auto joints = static_cast<int64_t>(held_out.joints.size());
   bootstrap.resamples = std::clamp<int64_t>(
       kMostWork / std::max<int64_t>(1, joints), 200, bootstrap.resamples);
@@ -369,7 +369,8 @@ void AddMotionMeasures(const StrategyScores& own,
   list->Ratio({"acceleration_m_s2", "acceleration", "m/s^2", 2},
               own.acceleration, baseline.acceleration);
   list->Ratio({"jerk_m_s3", "jerk", "m/s^3", 1}, own.jerk, baseline.jerk);
-  // Units are segments of two seconds with half overlap.
+  // A RatioUnit of PowerSeries is a segment of two seconds, and successive
+  // segments overlap by half: a block is two of them.
   BootstrapOptions segments = bootstrap;
   segments.block_length = 2;
   list->Ratio({"power_above_6hz_mm2", "power above 6 Hz", "mm^2", 2}, own.power,

@@ -86,7 +86,7 @@ class Maker {
   }
 
   Study Make() {
-    if (request_.tune) WalkGrids();
+    if (request_.tune) EvaluateGrids();
     for (size_t t = 0; t < request_.recordings.size(); ++t) {
       ForRecording(request_.recordings[t], [&] { ScoreRecording(t); });
     }
@@ -96,7 +96,7 @@ class Maker {
 
  private:
   // Evaluates every grid on every recording.
-  void WalkGrids() {
+  void EvaluateGrids() {
     const std::vector<Strategy> tuned = TunedThemselves(request_.strategies);
     for (const Strategy& one : tuned) grids_[one.name].points = GridOf(one);
     Progress progress("tuning", static_cast<int64_t>(

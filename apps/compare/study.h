@@ -94,7 +94,8 @@ std::string StudyMarkdown(const Study& study);
 std::string StudyCsv(const Study& study);
 std::string StudyJson(const Study& study);
 // recommended.toml: the configuration with the best strategy; its header states
-// for how many recordings it holds. Empty if there is no best one.
+// on how many recordings the choice made without them beats the baseline. Empty
+// if there is no best one.
 std::string StudyToml(const Study& study);
 // The summary printed on a terminal.
 std::string StudyDigest(const Study& study, const std::string& folder);

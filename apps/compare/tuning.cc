@@ -175,14 +175,14 @@ GridErrors ScoreGrid(const Comparison& comparison, const Strategy& strategy,
 std::vector<StrategyTuning> TuneStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies) {
   CHECK_EQ(comparison.folds.size(), 2u);
-  const std::vector<Strategy> walked = TunedThemselves(strategies);
+  const std::vector<Strategy> to_tune = TunedThemselves(strategies);
   size_t points = 0;
-  for (const Strategy& strategy : walked) points += GridOf(strategy).size();
+  for (const Strategy& strategy : to_tune) points += GridOf(strategy).size();
   Progress progress("tuning",
                     static_cast<int64_t>(points * RecordingCount(comparison) *
                                          comparison.views().size()));
   std::map<std::string, StrategyTuning> tuned;
-  for (const Strategy& strategy : walked) {
+  for (const Strategy& strategy : to_tune) {
     const std::vector<StrategyValues> grid = GridOf(strategy);
     tuned[strategy.name] =
         ChooseCrossed(grid, ScoreGrid(comparison, strategy, grid, &progress));
@@ -251,7 +251,8 @@ ParameterFile ReadParameters(const std::string& path,
   }
   for (const Strategy& strategy : strategies) {
     const size_t s = IndexOf(AllStrategies(), strategy.name);
-    if (s == AllStrategies().size()) {  // by a rule: not in the file
+    // A filter whose cut-off a rule chooses has no parameters in the file.
+    if (s == AllStrategies().size()) {
       parameters.strategies.push_back(
           {DefaultValues(strategy, rate_hz, options)});
       continue;

@@ -12,7 +12,7 @@ namespace kinegraph {
 
 enum class MomentKind {
   kResidual,    // px, the worst view's mean
-  kSpeedJump,   // m/s, change of a joint's velocity between two steps
+  kSpeedJump,   // m/s, change of a joint's velocity from one step to the next
   kBone,        // m, deviation from the median length of the person's bone
   kDifference,  // m, mean joint distance from the truth or another result
   kStart,       // an identity appears after the first frame

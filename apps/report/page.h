@@ -44,10 +44,10 @@ Integer Quantise(double value, double quantum) {
 // JSON text without "<", so that no tag or comment can begin or end in it.
 std::string WithoutAngleBrackets(const std::string& json);
 
-// Files beside tracks that the page displays: NAME.summary.json of `track`,
-// doctor.json of `doctor`. They are validated, because the page's scripts do
-// not check their data. Both throw InputError naming `file` and the place if it
-// is invalid.
+// The files of other commands that the page displays: NAME.summary.json, which
+// `track` writes beside the tracks, and doctor.json of `doctor`. They are
+// validated, because the page's scripts do not check their data. Both throw
+// InputError naming `file` and the invalid key.
 Json ReadSummaryJson(const std::string& text, const std::string& file);
 Json ReadDoctorJson(const std::string& text, const std::string& file);
 

@@ -50,7 +50,7 @@ class DetectionPairing {
 
 // Colours by identity: 0, 1, 2 in order of first appearance. An identity of a
 // later result gets the colour of the first result's identity to which it is
-// most often nearest.
+// most often nearest (within 0.5 m), or a new colour if there is none.
 class Colours {
  public:
   // `lead` is null for the first result.

@@ -38,7 +38,7 @@ int64_t ExtractFirst(std::string* path) {
   return std::stoll(number);
 }
 
-// The start of each image and the end of the last one.
+// The start of each image and the end of the last one [s].
 std::vector<double> TimesOf(const std::string& path, const PageInput& input) {
   std::vector<double> times_s = ReadVideoTimes(path);
   if (times_s.empty()) {

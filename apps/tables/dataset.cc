@@ -42,7 +42,8 @@ constexpr const char* kBatchSet =
 
 // The joints filter of Chu et al. in the front end of Chen et al.
 constexpr const char* kFilterSet = "reconstruction.joints_filter=true";
-// A common variant: the target is projected instead of remembered.
+// A common variant of Chen et al.: a detection is compared with the projection
+// of the track's 3D joints, not with the joints last matched in that view.
 constexpr const char* kProjectedSet = "association.target_2d=projected";
 
 constexpr const char* kFromReal =

@@ -249,9 +249,9 @@ std::string LossTable(const std::vector<ScoredRow>& rows, HeadConversion head) {
 // Every note on detections that are tracked here, once, and every remark.
 std::string Notes(const std::vector<ScoredRow>& rows) {
   std::string text = "Detections:\n";
-  std::set<std::string> told;
+  std::set<std::string> listed;
   for (const ScoredRow& row : rows) {
-    if (!row.row->ours || !told.insert(row.row->recording).second) continue;
+    if (!row.row->ours || !listed.insert(row.row->recording).second) continue;
     text += "- " + row.row->recording + ": " + row.row->detections_note + ".\n";
   }
   for (const ScoredRow& row : rows) {

@@ -134,7 +134,8 @@ void AddFilterInChen(const BenchmarkData& data,
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr int kStepsPerOctave = 4;
-// Offset between the error bars of two recordings, to avoid overlaps.
+// Offset between the error bars of two recordings, to avoid overlaps, in units
+// of the published value.
 constexpr double kBarShift = 0.012;
 
 Json SweepJson(const Sweep& sweep) {
@@ -164,11 +165,11 @@ Cells SweepCells(const Sweep& sweep) {
   const bool flat = least->mean_of_actors == greatest->mean_of_actors;
   // The values whose score differs significantly from that of the published
   // value, with the differences.
-  std::string told;
+  std::string significant;
   for (const SweptValue& value : values) {
     if (!value.difference.is_significant()) continue;
-    told += (told.empty() ? "" : ", ") + Fixed(value.value, 1) + " (" +
-            Fixed(value.difference.value, 2) + ")";
+    significant += (significant.empty() ? "" : ", ") + Fixed(value.value, 1) +
+                   " (" + Fixed(value.difference.value, 2) + ")";
   }
   return {
       sweep.dataset.name,
@@ -179,7 +180,7 @@ Cells SweepCells(const Sweep& sweep) {
       flat ? "-" : Fixed(least->value, 1),
       Fixed(greatest->mean_of_actors, 2),
       flat ? "-" : Fixed(greatest->value, 1),
-      told.empty() ? "no value" : told};
+      significant.empty() ? "no value" : significant};
 }
 
 // The sensitivity of one benchmark's recordings.

@@ -22,7 +22,7 @@ foreach(program ${PROGRAMS})
   string(REGEX MATCH "\n  ${command} +([^\n]*)" listed "${tasks}")
   if(NOT CMAKE_MATCH_1 STREQUAL summary)
     message(FATAL_ERROR
-      "apps/commands.txt says '${CMAKE_MATCH_1}' of ${command}, it itself: ${summary}")
+      "${command}: apps/commands.txt has '${CMAKE_MATCH_1}', its --help '${summary}'")
   endif()
   # roff interprets lines that begin with a dot or an apostrophe as requests, and
   # gives backslashes and hyphens a special meaning.
@@ -49,7 +49,7 @@ ${body}
   list(REMOVE_ITEM used ${flags})
   if(NOT count EQUAL 2 OR used)
     message(FATAL_ERROR
-      "${name} --help: ${count} examples, expected two; flags it has not: ${used}")
+      "${name} --help: ${count} examples, expected two; unknown flags in them: ${used}")
   endif()
   string(REPLACE ";" " " flags "${flags}")
   string(APPEND bash_cases "    ${command}) flags='${flags}' ;;\n")

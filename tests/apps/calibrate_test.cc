@@ -17,8 +17,9 @@ using ::testing::HasSubstr;
 
 class CalibrateTest : public CommandTest {
  protected:
-  // One person walks in front of three cameras for `seconds`.
-  std::string Seconds(double seconds) const {
+  // The detections of one person who walks in front of three cameras; returns
+  // their path.
+  std::string DetectionsOf(double seconds) const {
     const std::string name = "s" + std::to_string(static_cast<int>(seconds));
     Done("synthesize",
          "--config=" +
@@ -36,7 +37,7 @@ class CalibrateTest : public CommandTest {
 TEST_F(CalibrateTest, ARefusalFailsAndLeavesNoCameras) {
   const std::string out = folder_.Write("found.json", "of an earlier run\n");
   const ProgramOutcome outcome =
-      RunProgram("calibrate", "--detections=" + Seconds(0.5) +
+      RunProgram("calibrate", "--detections=" + DetectionsOf(0.5) +
                                   " --image_size=1920,1080 --out=" + out);
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.output, HasSubstr("refused\n"));
@@ -47,7 +48,7 @@ TEST_F(CalibrateTest, ARefusalFailsAndLeavesNoCameras) {
 }
 
 TEST_F(CalibrateTest, RefusesUnwritableOutputPaths) {
-  const std::string detections = Seconds(0.5);
+  const std::string detections = DetectionsOf(0.5);
   fs::create_directory(Path("folder.json"));
   const std::string file = folder_.Write("file", "");
   for (const std::string& out :
@@ -59,7 +60,7 @@ TEST_F(CalibrateTest, RefusesUnwritableOutputPaths) {
 
 // The value 1, the default with --focal, must be distinguished from no flag.
 TEST_F(CalibrateTest, FocalErrorOfOnePercentAppliesToCameras) {
-  const std::string detections = Seconds(8.0);
+  const std::string detections = DetectionsOf(8.0);
   const std::string flags = "--detections=" + detections +
                             " --cameras=" + Path("s8/cameras.json") +
                             " --out=" + Path("found.json");
@@ -74,7 +75,7 @@ TEST_F(CalibrateTest, FocalErrorOfOnePercentAppliesToCameras) {
 }
 
 TEST_F(CalibrateTest, AnErrorOfUnknownFocalLengthsIsRefused) {
-  const std::string detections = Seconds(0.5);
+  const std::string detections = DetectionsOf(0.5);
   for (const std::string percent : {"10", "1"}) {
     EXPECT_THAT(Refusal("calibrate",
                         "--detections=" + detections +
@@ -95,7 +96,7 @@ TEST_F(CalibrateTest, UnreadableInputLeavesNoFolders) {
 TEST_F(CalibrateTest, RefusesAFormatWithoutLensesAtOnce) {
   EXPECT_THAT(
       Refusal("calibrate",
-              "--detections=" + Seconds(0.5) +
+              "--detections=" + DetectionsOf(0.5) +
                   " --image_size=1920,1080 --to=tum --out=" + Path("tum")),
       HasSubstr("--to=tum: its matrices cannot express the lenses"));
   EXPECT_FALSE(fs::exists(Path("tum")));
@@ -103,7 +104,7 @@ TEST_F(CalibrateTest, RefusesAFormatWithoutLensesAtOnce) {
 
 // Lengths in millimetres instead of metres, and overflows.
 TEST_F(CalibrateTest, RefusesLengthsOutOfRange) {
-  const std::string detections = Seconds(0.5);
+  const std::string detections = DetectionsOf(0.5);
   for (const std::string length :
        {"scale=1750", "scale=1e300", "scale=-1", "distance=nose,l_hip,600",
         "cameras_apart=cam0,cam1,4500"}) {

@@ -47,8 +47,8 @@ std::string Refused(const std::string& arguments) {
 }
 
 // A small recording in kinegraph's formats.
-struct Take {
-  explicit Take(const TemporaryFolder& folder)
+struct SmallRecording {
+  explicit SmallRecording(const TemporaryFolder& folder)
       : cameras(folder.path() / "cameras.json"),
         detections(folder.path() / "detections.jsonl"),
         tracks(folder.path() / "tracks.jsonl") {
@@ -83,7 +83,7 @@ struct Take {
 
 TEST(Convert, OwnFormatsRoundTripByteForByte) {
   const TemporaryFolder folder;
-  const Take recording(folder);
+  const SmallRecording recording(folder);
   for (const std::string& in :
        {recording.cameras, recording.detections, recording.tracks}) {
     const std::string out = in + ".again";
@@ -94,7 +94,7 @@ TEST(Convert, OwnFormatsRoundTripByteForByte) {
 
 TEST(Convert, RefinementRecordIsKeptOrReportedLost) {
   const TemporaryFolder folder;
-  const Take recording(folder);
+  const SmallRecording recording(folder);
   const std::string refinement =
       R"({"clock_zero_s":0.1,"cameras":[{"name":"cam0","clock":)"
       R"({"offset_s":-0.0123,"drift":1e-06},"parameters":["shift_x_px"]}],)"
@@ -126,7 +126,7 @@ TEST(Convert, FlagsSupplyUnitImageSizeAndFrameRate) {
   EXPECT_EQ(rig[0].t(), Eigen::Vector3d(1, 0, 3));
   EXPECT_EQ(rig[0].width_px(), 640);
   EXPECT_EQ(rig[0].height_px(), 480);
-  const Take recording(folder);
+  const SmallRecording recording(folder);
   const std::string coco = folder.path() / "coco";
   Converted("--to=coco --in=" + recording.detections + " --out=" + coco);
   const std::string own = folder.path() / "own.jsonl";
@@ -150,7 +150,7 @@ TEST(Convert, FirstFrameOf4DAssociation) {
 
 TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
   const TemporaryFolder folder;
-  const Take recording(folder);
+  const SmallRecording recording(folder);
   const std::string out = folder.path() / "out";
   const std::string scrap = folder.Write("scrap.bin", "no format at all");
   const std::string lens = folder.Write(

@@ -177,7 +177,7 @@ TEST_P(OwnRecordings, NeedNoHandWrittenConfiguration) {
               HasSubstr("kinegraph_summary"));
 }
 
-INSTANTIATE_TEST_SUITE_P(FiveSteps, OwnRecordings,
+INSTANTIATE_TEST_SUITE_P(Covering, OwnRecordings,
                          ::testing::ValuesIn(CoveringRecordings()),
                          [](const auto& test) { return test.param.name(); });
 

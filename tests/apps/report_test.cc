@@ -147,7 +147,7 @@ TEST_F(ReportTest, RecordedClocksAreApplied) {
               HasSubstr("are not applied to the pictures and videos of cam1"));
 }
 
-// As `track`: cameras.use and --without_cameras leave out views, which then
+// As in `track`, cameras.use and --without_cameras leave out views, which then
 // need no camera.
 TEST_F(ReportTest, ViewsWithoutACameraCanBeLeftOut) {
   CameraRig cameras = ReadCameras(cameras_);

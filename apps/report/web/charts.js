@@ -101,6 +101,8 @@ class Chart {
   }
 }
 
+// The axis begins at 0; if the caller sets `fromZero` of the chart to false, at the
+// lower end of the values; with null it covers their whole range.
 function lineChart(title, unit, height, seriesOf) {
   const chart = new Chart(title, height, (pen, width) => {
     const series = seriesOf();

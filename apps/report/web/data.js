@@ -26,9 +26,9 @@ export const PALETTE = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '
 // Lengths on the page are scaled to the size of people: one metre on the page is
 // data.metre in the world. Units for display:
 const metre = data.metre;
-const told = (unit, perMetre) => ({ unit: unit, per: perMetre * metre });
-export const LENGTH = metre > 0.3 ? told('cm', 100) : metre > 0.003 ? told('mm', 1e3) : told('\u00b5m', 1e6);
-export const SPEED = metre > 0.03 ? told('m/s', 1) : told('mm/s', 1e3);
+const displayUnit = (unit, perMetre) => ({ unit: unit, per: perMetre * metre });
+export const LENGTH = metre > 0.3 ? displayUnit('cm', 100) : metre > 0.003 ? displayUnit('mm', 1e3) : displayUnit('\u00b5m', 1e6);
+export const SPEED = metre > 0.03 ? displayUnit('m/s', 1) : displayUnit('mm/s', 1e3);
 
 function loadResult(source, index) {
   const result = {

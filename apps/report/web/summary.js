@@ -52,8 +52,8 @@ export function makeFindings() {
   results.forEach((result, r) => {
     const summary = data.results[r].summary;
     // Warnings that the doctor also reports are shown once.
-    const told = (warning) => findings.some((finding) => (finding.evidence || '').includes(warning.text));
-    (summary && summary.warnings || []).filter((warning) => !told(warning)).forEach((warning) => add((several ? result.label + ': ' : '') + warning.text, warning.try));
+    const isFound = (warning) => findings.some((finding) => (finding.evidence || '').includes(warning.text));
+    (summary && summary.warnings || []).filter((warning) => !isFound(warning)).forEach((warning) => add((several ? result.label + ': ' : '') + warning.text, warning.try));
   });
   findings.forEach((finding) => {
     const px = finding.after_px > 0 ? ', residual ' + human(finding.before_px) + ' to ' + human(finding.after_px) + ' px' : '';

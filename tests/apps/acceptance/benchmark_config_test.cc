@@ -19,9 +19,9 @@ struct Frozen {
   const char* name;  // configs/benchmark/NAME.toml
   bool campus;
   // Correct parts of the headline actors. Without bones the numbers are those
-  // of commit 98b8b86. With bones, that commit had 4710 and 3674, from ten
-  // coarse steps, whose key no longer exists; a solver that finds the other of
-  // two minima of a joint differs by one or two parts.
+  // of commit 98b8b86. With bones, that commit had 4710 and 3674: it solved in
+  // ten coarse steps, an option that no longer exists. A solver that finds
+  // another of two minima of a joint changes one or two parts.
   int64_t right_parts;
 };
 
@@ -59,7 +59,7 @@ void Leaves(const nlohmann::json& node, const std::string& name,
 
 // A new key must be added to these configurations with the value that keeps the
 // figures.
-TEST_P(BenchmarkConfig, StatesEveryKeyOfTheGraphAndOfTracking) {
+TEST_P(BenchmarkConfig, StatesEveryKeyOfGraphTrackingAndGaussian) {
   const toml::table file = toml::parse_file(path());
   const nlohmann::json effective =
       nlohmann::json::parse(EffectiveConfigJson(RunOptions()));

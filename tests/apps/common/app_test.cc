@@ -61,7 +61,7 @@ TEST_F(CommandLine, AcceptsEveryFlagSyntax) {
   EXPECT_EQ(FLAGS_test_ratio, -0.25);
 }
 
-TEST_F(CommandLine, SwitchesABooleanOffAndTakesAnEmptyText) {
+TEST_F(CommandLine, SwitchesABooleanOffAndAcceptsAnEmptyText) {
   FLAGS_test_loud = true;
   ParseCommandLine({"--notest_loud", "--test_out="});
   EXPECT_FALSE(FLAGS_test_loud);

@@ -39,7 +39,8 @@ TEST(MachineTest, CommitIsAHashOrUnknown) {
   }
 }
 
-// An installation inside a repository of the user is not of its commit.
+// An installation inside a repository of the user is not a build of that
+// repository's commit.
 TEST(MachineTest, AForeignRepositoryHasNoCommitOfOurs) {
   const testing::TemporaryFolder folder;
   const std::string own = folder.path() / "configs";

@@ -67,7 +67,7 @@ std::string ReadAll(int fd) {
   }
 }
 
-TEST(Progress, WritesNothingToAPipe) {
+TEST(Progress, ShortWorkWritesNothingToAPipe) {
   int ends[2];
   ASSERT_EQ(pipe(ends), 0);
   DrawTo(ends[1]);

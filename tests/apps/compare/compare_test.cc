@@ -120,7 +120,7 @@ TEST(Compare, RanksABetterAndAWorseStrategy) {
   EXPECT_THAT(text, HasSubstr("- worse: centred Gaussian.\n"));
 }
 
-TEST(Compare, AnInsignificantDifferenceIsNoWin) {
+TEST(Compare, AnInsignificantDifferenceIsNotBetter) {
   CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,batch");
   Score(&result);
   StrategyResult& other = result.strategies[1];
@@ -158,7 +158,7 @@ TEST(Compare, MeasuresTheLagOfCausalFiltersOnly) {
   const auto lag_ms = [&](size_t index) {
     return result.strategies[index].Find("lag_to_truth_ms")->value;
   };
-  EXPECT_NEAR(lag_ms(0), 0.0, 5.0);
+  EXPECT_NEAR(lag_ms(0), 0.0, 5.0);  // an eighth of a frame
   EXPECT_GT(lag_ms(2), 60.0);
   EXPECT_TRUE(result.strategies[0].scores.run.whole_recording);
 }
@@ -216,15 +216,15 @@ TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
 }
 
 TEST(Tuning, WindowsUseTheTunedValuesOfTheBatch) {
-  const auto walked = [](const std::vector<std::string>& names) {
-    std::vector<std::string> tuned;
+  const auto tuned = [](const std::vector<std::string>& names) {
+    std::vector<std::string> themselves;
     for (const Strategy& one : TunedThemselves(ChooseStrategies(names))) {
-      tuned.push_back(one.name);
+      themselves.push_back(one.name);
     }
-    return tuned;
+    return themselves;
   };
-  EXPECT_THAT(walked({"window_0", "window_10"}), ElementsAre("batch"));
-  EXPECT_THAT(walked({"window_0", "batch", "rts_cv"}),
+  EXPECT_THAT(tuned({"window_0", "window_10"}), ElementsAre("batch"));
+  EXPECT_THAT(tuned({"window_0", "batch", "rts_cv"}),
               ElementsAre("batch", "rts_cv"));
 }
 
@@ -498,7 +498,7 @@ std::vector<std::map<std::string, std::string>> RowsOfCsv(
   return rows;
 }
 
-TEST_F(CompareCommand, RulesAndDerivatives) {
+TEST_F(CompareCommand, WritesCutoffsOfEveryRuleAndErrorsOfDerivatives) {
   Done("compare",
        Flags("out", "--strategies=raw_dlt,butterworth_yu,rts_cv --noplots"));
   // Every rule has cut-offs for three axes and for all axes together, for most
@@ -529,7 +529,7 @@ TEST_F(CompareCommand, RulesAndDerivatives) {
   EXPECT_THAT(markdown, Not(HasSubstr("Joint angles")));
 }
 
-TEST_F(CompareCommand, AMissingImageSizeIsTheCalibrations) {
+TEST_F(CompareCommand, ErrorOfAMissingImageSizeNamesTheCalibration) {
   std::string text = ContentOf(Path("take/cameras.json"));
   const std::string size = "\"image_size\":[";
   for (size_t at = text.find(size); at != std::string::npos;

@@ -45,7 +45,7 @@ TEST(BestPoint, SkipsPointsThatARecordingRefuses) {
   EXPECT_EQ(BestPoint({{{1.0, 1.0}}}, 0), std::nullopt);  // none is left
 }
 
-StudyRecording TakeWith(size_t chosen, Verdict verdict) {
+StudyRecording RecordingWith(size_t chosen, Verdict verdict) {
   StudyRecording recording;
   recording.name = "t";
   recording.scores.resize(3);
@@ -57,8 +57,9 @@ StudyRecording TakeWith(size_t chosen, Verdict verdict) {
 TEST(Study, CountsRecordingsByVerdict) {
   Study study;
   study.best = 1;
-  study.recordings = {TakeWith(1, Verdict::kLess), TakeWith(1, Verdict::kSame),
-                      TakeWith(2, Verdict::kMore), TakeWith(0, Verdict::kNone)};
+  study.recordings = {
+      RecordingWith(1, Verdict::kLess), RecordingWith(1, Verdict::kSame),
+      RecordingWith(2, Verdict::kMore), RecordingWith(0, Verdict::kNone)};
   study.recordings.emplace_back().scores.resize(3);  // nothing could be chosen
   const StudyVerdict verdict = HoldsFor(study);
   EXPECT_EQ(verdict.recordings, 4);

@@ -33,6 +33,7 @@ TEST(DocsTest, ConfigurationPageListsEveryKey) {
 // another.
 TEST(DocsTest, NumberOfKeysIsLimited) {
   EXPECT_LE(KeysOf<RunOptions>().size(), 130u);
+  // A list of keys without the everyday ones.
   EXPECT_THROW(KeyTables(KeysOf<SynthesisOptions>()), std::logic_error);
 }
 

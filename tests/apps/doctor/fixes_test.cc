@@ -140,8 +140,8 @@ TEST_P(Fixes, RunAsPrintedAndResolveTheFinding) {
   Files files(folder.path().string());
   files.Write(one.spoil);
   const auto& [path, cameras, detections, keys] = files;
-  const std::string as_told = detections + " --set='" + keys + "'";
-  const auto found = Doctor(cameras + as_told, path + "/first");
+  const std::string inputs = detections + " --set='" + keys + "'";
+  const auto found = Doctor(cameras + inputs, path + "/first");
   ASSERT_FALSE(found.at("findings").empty()) << one.kind;
   for (const auto& finding : found.at("findings")) {
     const auto fix = finding.at("fix").get<std::string>();
@@ -152,7 +152,7 @@ TEST_P(Fixes, RunAsPrintedAndResolveTheFinding) {
       continue;
     }
     EXPECT_EQ(finding.at("kind"), one.kind) << finding.dump();
-    std::string arguments = fix + as_told;
+    std::string arguments = fix + inputs;
     if (const size_t set = fix.find("--set="); set != std::string::npos) {
       // One --set holds all keys.
       const std::string mark = set == 0 ? "'" : "";

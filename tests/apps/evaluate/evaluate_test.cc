@@ -76,7 +76,7 @@ class EvaluateProgramTest : public CommandTest {
   const std::string found_ = folder_.Write("found.jsonl", TrackFile(0.6));
 };
 
-TEST_F(EvaluateProgramTest, PcpAsTextAndJson) {
+TEST_F(EvaluateProgramTest, PrintsPcpAndWritesItAsJson) {
   const std::string json = Path("result.json");
   ExpectPrinted(
       "--protocol=shelf" + Against(found_, truth_) + " --json='" + json + "'",
@@ -101,7 +101,7 @@ TEST_F(EvaluateProgramTest, FlagsOverrideTheProtocol) {
        "90.00 (9/10)", "error of first end, m"});
 }
 
-TEST_F(EvaluateProgramTest, OtherProtocols) {
+TEST_F(EvaluateProgramTest, OtherProtocolsPrintTheirScores) {
   const std::string against = Against(found_, truth_);
   ExpectPrinted("--protocol=parity" + Against(truth_, truth_),
                 {"100.0000 (28/28)"});
@@ -231,7 +231,7 @@ TEST_F(EvaluateProgramTest, CamerasAreComparedWithTrueCameras) {
 
 // Some names are those of another program, some are unknown: the known names
 // are used.
-TEST_F(EvaluateProgramTest, JointsUnderOtherNames) {
+TEST_F(EvaluateProgramTest, RecognisesJointsUnderOtherNames) {
   const auto renamed =
       [](const std::vector<std::pair<std::string, std::string>>& names) {
         std::string text = TrackFile(0.6);
@@ -449,7 +449,8 @@ TEST_F(EvaluateWalkerTest, ReportsThatNoPersonIsFound) {
   }
 }
 
-// The views of other cameras than cameras.use are not part of the runs.
+// Views of cameras that cameras.use does not list are neither tracked nor held
+// out.
 TEST_F(EvaluateProgramTest, HoldsOutOnlyTheCamerasThatAreUsed) {
   const CameraRig rig = RingOfCameras(5);
   const std::string config = folder_.Write(

@@ -25,7 +25,8 @@ FOLDER = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else "out/long_stream")
 RATE_HZ = 30
 BUSY_S = 120
 EMPTY_S = 1800
-# Identities are kept for ever; a leak of 10 B per frame would be 13 MB.
+# Identities are kept for ever. A leak of 10 B per frame would be 13 MB in half a
+# day.
 ALLOWED_GROWTH_MB = 4.0
 
 

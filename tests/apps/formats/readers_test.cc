@@ -177,7 +177,7 @@ TEST_F(FormatReaders, C3dHasPointsResidualsAndCameras) {
   EXPECT_EQ(compared, 39 * 25 - 3 + 22 * 24);
 }
 
-TEST_F(FormatReaders, C3dWithMoreFramesThanSixteenBits) {
+TEST_F(FormatReaders, C3dHasFrameNumbersAbove65535AndManyLabels) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
   for (TrackFrame& frame : recording_.frames) {
     frame.frame += 70'000;
@@ -315,8 +315,8 @@ void FormatReaders::ExpectGltf(const std::string& name) {
   EXPECT_THAT(browser.problems(), IsEmpty());
 }
 
-TEST_F(FormatReaders, GltfInThreeJs) { ExpectGltf("take.gltf"); }
-TEST_F(FormatReaders, GlbInThreeJs) { ExpectGltf("take.glb"); }
+TEST_F(FormatReaders, GltfHasTheJointsInThreeJs) { ExpectGltf("take.gltf"); }
+TEST_F(FormatReaders, GlbHasTheJointsInThreeJs) { ExpectGltf("take.glb"); }
 
 // Recordings that differ in the structure of the file: one person, two, a
 // single frame, other axes.
@@ -368,7 +368,7 @@ function at(time_s) {
 }
 )";
 
-TEST_F(FormatReaders, BvhInThreeJs) {
+TEST_F(FormatReaders, BvhHasTheJointsInThreeJs) {
   if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
   const std::string notes = Convert("bvh", "--to=bvh");
   EXPECT_THAT(notes, HasSubstr("missing joints were interpolated"));
@@ -458,7 +458,7 @@ TEST_F(FormatReaders, NetcdfInXarrayHasTheLayoutOfMovement) {
 
 // ---- SciPy ----
 
-TEST_F(FormatReaders, TumActorsInScipy) {
+TEST_F(FormatReaders, TumActorsAreReadBySciPyBitForBit) {
   if (!HasPython("scipy.io")) GTEST_SKIP() << "needs python3-scipy";
   Convert("actorsGT.mat", "--to=tum");
   const Json read = Read("tum_reader.py", "actorsGT.mat");
@@ -477,7 +477,7 @@ TEST_F(FormatReaders, TumActorsInScipy) {
 
 // ---- Python's own readers ----
 
-TEST_F(FormatReaders, AniposeTable) {
+TEST_F(FormatReaders, AniposeTableRestoresPositionsAndCameraCounts) {
   if (!HasPython("csv, json")) GTEST_SKIP() << "needs Debian's python3";
   Convert("anipose", "--to=anipose");
   std::vector<Json> read;
@@ -548,7 +548,7 @@ std::map<std::string, std::vector<Json>> AnnotationsByImage(const Json& data) {
   return found;
 }
 
-TEST_F(FormatReaders, CocoViews) {
+TEST_F(FormatReaders, CocoViewsHasAnAnnotationPerDetection) {
   DetectionSequence recording;
   recording.header.skeleton = Coco17();
   recording.header.view_names = {"left", "right"};
@@ -643,7 +643,7 @@ void ExpectAnimals(const fs::path& views, const std::string& format,
 }
 
 // Files written by the formats' own libraries (tests/adapters/samples.py).
-TEST_F(FormatReaders, SleapAndDeepLabCut) {
+TEST_F(FormatReaders, FilesOfSleapAndDeepLabCutAreRead) {
   if (!HasPython("h5py, pandas, tables, scipy")) {
     GTEST_SKIP() << "needs python3-h5py, -pandas, -tables and -scipy";
   }

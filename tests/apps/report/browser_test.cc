@@ -48,14 +48,14 @@ const Eigen::Vector2d kShiftPx(70.0, 0.0);  // of a detection that is rejected
 // Three people who walk side by side; person 2 is absent after 60 frames. Four
 // views: in view 0 a wrist of person 0 is an outlier, one of person 1 was not
 // found, and there is an unmatched detection; view 1 misses person 2.
-struct Take {
+struct Recording {
   TrackSequence tracks;
   DetectionSequence detections;
   CameraRig cameras = testing::RingOfCameras(4);
 };
 
-Take MakeRecording() {
-  Take recording;
+Recording MakeRecording() {
+  Recording recording;
   TrackHeader& header = recording.tracks.header;
   header.skeleton = Coco17();
   header.view_names = {kHostile, "two", "three", "four"};
@@ -111,7 +111,7 @@ Take MakeRecording() {
 }
 
 // The page with all its parts, and names that contain markup.
-std::string WholePage(const Take& recording) {
+std::string WholePage(const Recording& recording) {
   PageInput input;
   input.title = kHostile;
   input.results.push_back({kHostile, ResultRole::kTracks, recording.tracks});
@@ -206,7 +206,7 @@ class PageInBrowser : public ::testing::Test {
   }
 
   const testing::TemporaryFolder folder_;
-  const Take recording_ = MakeRecording();
+  const Recording recording_ = MakeRecording();
   std::string page_;
   std::unique_ptr<Browser> browser_;
 };
@@ -459,13 +459,13 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
 
 // Frames are evenly spaced in a timeline, so labels must follow a gap.
 TEST_F(PageInBrowser, TimelineLabelsStandAtTheirFrames) {
-  Take take = MakeRecording();
+  Recording gapped = MakeRecording();
   for (size_t f = kFrames / 2; f < kFrames; ++f) {  // after a gap of 3 s
-    take.tracks.frames[f].frame += 75;
-    take.tracks.frames[f].time += FromSeconds(3.0);
-    take.detections.frames[f].frame += 75;
+    gapped.tracks.frames[f].frame += 75;
+    gapped.tracks.frames[f].time += FromSeconds(3.0);
+    gapped.detections.frames[f].frame += 75;
   }
-  Browser& browser = Open(kDesk, WholePage(take), false);
+  Browser& browser = Open(kDesk, WholePage(gapped), false);
   browser.Evaluate(
       "window.places = {}; window.plain = CanvasRenderingContext2D.prototype"
       ".fillText; CanvasRenderingContext2D.prototype.fillText ="

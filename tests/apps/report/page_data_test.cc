@@ -387,7 +387,8 @@ TEST(PageData, ExactDetectionsHaveNoResidual) {
             std::vector<uint16_t>(4 * 3, 2));
 }
 
-// A box or a point has fewer joints than people are compared by.
+// A box or a point has fewer than the three joints by which people are
+// compared.
 TEST(PageData, SubjectsOfFewJointsArePaired) {
   const std::vector<std::string> names = {"front", "back"};
   for (const int joints : {1, 2}) {
@@ -432,7 +433,7 @@ TEST(Moments, FindAJumpAndALostIdentity) {
   EXPECT_EQ(lives[0].id, TrackId(1));
 }
 
-TEST(Ground, PeopleStandUpright) {
+TEST(Ground, UpDirectionIsThatOfStandingPeopleOrOfTheFlag) {
   EXPECT_EQ(UpDirection(Walk(2, 1, 25.0), {}), Eigen::Vector3d::UnitZ());
   EXPECT_EQ(*ParseUp("-y"), -Eigen::Vector3d::UnitY());
   EXPECT_FALSE(ParseUp("auto").has_value());

@@ -32,7 +32,7 @@ TEST(AblationPlotsTest, ShowTheDifferencesOfTheTable) {
     EXPECT_EQ(bars.y, Doubles(2, difference.value));
     EXPECT_EQ(bars.y_low, Doubles(2, difference.interval.low));
     EXPECT_EQ(bars.y_high, Doubles(2, difference.interval.high));
-    // The filter improves lower arms on filled detections (docs/results.md).
+    // The lower arms have other differences than the headline.
     EXPECT_NE(panels[1].series[s].y, bars.y);
   }
   EXPECT_EQ(panels[0].series[0].name, "body-aware, joints filter");
@@ -86,7 +86,8 @@ TEST(SweepsTest, ThePublishedValueHasNoDifferenceFromItself) {
     EXPECT_EQ(published.difference.interval.low, 0.0);
     EXPECT_EQ(published.difference.interval.high, 0.0);
   }
-  // lambda_a scales a whole row of the affinities and so has little effect.
+  // lambda_a scales a whole row of the affinities, and so changes PCP by less
+  // than half a percentage point.
   for (const SweptValue& value : sweeps.back().values) {
     EXPECT_NEAR(value.difference.value, 0.0, 0.5);
   }
