@@ -1,5 +1,5 @@
-// The policy of graph mode. With the affinity of Chu et al. alone (Eq. 1,
-// docs/paper_mode.md) a lost track is matched with any person near its last
+// The policy of graph mode. With Eq. 1 of Chu et al. (2021) alone
+// (docs/paper_mode.md) a lost track is matched with any person near its last
 // position: its gate grows with its age, and a single view cannot distinguish
 // people who stand behind each other. These rules prevent such exchanges of
 // identity, and duplicate tracks:
@@ -163,7 +163,7 @@ class GraphAssociation final : public AssociationPolicy {
   // Candidates are linked from frame to frame by position. Chance agreements do
   // not persist at one position for long.
   void SeeSlight(std::vector<NewPerson>* people) override {
-    // Six joints seen by two views for a second.
+    // For example six joints seen by two views for a second.
     constexpr double kEnoughJointSeconds = 6.0;
     constexpr double kForgottenS = 0.4;
     constexpr double kOnePlaceM = 0.2;
@@ -219,21 +219,22 @@ class GraphAssociation final : public AssociationPolicy {
 
   // A candidate: a person with too few visible joints to start a track at once.
   struct Slight {
-    TimeNs time = 0;  // last seen
-    Pose3d pose;
-    double joints = 0.0;  // that agreed in that frame
+    TimeNs time = 0;      // last seen
+    Pose3d pose;          // at that time
+    double joints = 0.0;  // JointsTwice at that time
     double joint_seconds = 0.0;
   };
 
-  // At least one and a half intervals between frames on which the detector ran,
-  // so that candidates and 2D tracklets in consecutive frames of the detector
-  // are linked whatever its rate.
+  // `seconds`, but at least one and a half intervals between frames on which
+  // the detector ran, so that candidates and 2D tracklets in consecutive frames
+  // of the detector are linked whatever its rate [s].
   double LongestPause(double seconds) const {
     return std::max(seconds, 1.5 * state_.rhythm.usual_frames() /
                                  state_.scene.frame_rate_hz);
   }
 
-  // Joints seen by two views count once, by three twice, and so on.
+  // Number of joints: those seen by two views count once, by three twice, and
+  // so on.
   double JointsTwice(const NewPerson& person) const {
     int count = 0;
     for (const int j : state_.scene.skeleton.association_joints()) {
