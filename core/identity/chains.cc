@@ -36,6 +36,7 @@ struct Insertion {
   size_t guest = 0;  // chains
   size_t host = 0;
   size_t after = 0;  // index in the host's pieces
+  // [nats]
   double bones = 0.0;
   double motion = 0.0;
   double gain = 0.0;
@@ -154,8 +155,9 @@ class Linker {
         at_once ? StateUpTo(Last(from), begin.time) : end, begin, frame_s_);
     evidence.other = kKnownRather + Absence(end, begin);
     if (pieces_.next[last] == first) {
-      // While no view sees the person, the tracker's continuation counts half,
-      // minus what the motion across an unseen hop indicates against it.
+      // If the cut was made because no view saw the person, the tracker's
+      // continuation counts half. It is reduced by the evidence of the motion
+      // across each unseen part of the contact, where that is against it.
       double continuity =
           (pieces_.blind[last] ? 0.5 : 1.0) * options_.continuity;
       for (const auto& [before, after] : pieces_.hops[last]) {
@@ -341,8 +343,9 @@ class Linker {
     return !joins.empty();
   }
 
-  // Two pieces of one chain may clearly be one person while the piece between
-  // them is not. Returns the clearest such joins, if any.
+  // Two chains that the assignment joins through others may clearly be one
+  // person while those in between are not. Returns the clearest such join, if
+  // any.
   std::vector<std::pair<int, int>> JoinAcross(
       const std::vector<int>& predecessor, double best) {
     if (chains_.size() > kExactChains) return {};

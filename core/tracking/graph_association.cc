@@ -148,16 +148,16 @@ class GraphAssociation final : public AssociationPolicy {
   // cameras there is no third view to wait for, so chance agreement is
   // accepted.
   bool AwaitsSlight() const override {
-    std::vector<int> unexplained;
+    std::vector<int> unmatched;
     for (size_t v = 0; v < state_.scene.cameras.size(); ++v) {
-      const int count = CountUnexplained(v, 0);
-      if (count > 0) unexplained.push_back(count);
+      const int count = CountUnmatched(v, 0);
+      if (count > 0) unmatched.push_back(count);
     }
-    if (unexplained.size() < 2) return false;
-    std::partial_sort(unexplained.begin(), unexplained.begin() + 2,
-                      unexplained.end());
+    if (unmatched.size() < 2) return false;
+    std::partial_sort(unmatched.begin(), unmatched.begin() + 2,
+                      unmatched.end());
     return state_.scene.cameras.size() == 2 ||
-           kPairAgrees * unexplained[0] * unexplained[1] <= kMostGroups;
+           kPairAgrees * unmatched[0] * unmatched[1] <= kMostGroups;
   }
 
   // Candidates are linked from frame to frame by position. Chance agreements do
@@ -349,13 +349,13 @@ class GraphAssociation final : public AssociationPolicy {
                      const Pose3d& pose) const {
     double groups = std::pow(kPairAgrees, -3);
     for (const size_t view_idx : views) {
-      groups *= kPairAgrees * kPairAgrees * CountUnexplained(view_idx, joints);
+      groups *= kPairAgrees * kPairAgrees * CountUnmatched(view_idx, joints);
     }
-    return groups > kMostGroups && views.size() < CountLooking(pose);
+    return groups > kMostGroups && views.size() < CountFacing(pose);
   }
 
   // Number of unmatched detections with at least `joints` joints.
-  int CountUnexplained(size_t view_idx, int joints) const {
+  int CountUnmatched(size_t view_idx, int joints) const {
     const Span<Observation> observations = state_.observations.OfView(view_idx);
     const auto counts = [&](const Observation& observation) {
       return observation.found_count >= joints;
@@ -370,8 +370,8 @@ class GraphAssociation final : public AssociationPolicy {
 
   // Cameras whose image contains more than half of the joints. Where the image
   // size is unknown, the principal point is assumed to be its centre.
-  size_t CountLooking(const Pose3d& pose) const {
-    size_t looking = 0;
+  size_t CountFacing(const Pose3d& pose) const {
+    size_t facing = 0;
     for (const Camera& camera : state_.scene.cameras) {
       const Eigen::AlignedBox2d image(
           Eigen::Vector2d::Zero(),
@@ -384,9 +384,9 @@ class GraphAssociation final : public AssociationPolicy {
         const auto px = camera.Project(joint.position_m);
         inside += px.has_value() && image.contains(*px) ? 1 : 0;
       }
-      looking += 2 * inside > CountPresent(pose) ? 1 : 0;
+      facing += 2 * inside > CountPresent(pose) ? 1 : 0;
     }
-    return looking;
+    return facing;
   }
 
   // Index within its view and frame.

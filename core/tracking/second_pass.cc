@@ -17,8 +17,9 @@ constexpr double kVelocitySeconds = 0.2;  // averaging time of an end's velocity
 constexpr double kFades = 0.5;            // s, time constant of the velocity
 constexpr double kNewShare = 0.3;         // weight of the newest velocity
 
+// A person in one frame.
 struct Place {
-  int64_t index;  // of its frame
+  int64_t index;  // of the frame
   int64_t frame;
   TimeNs time;
   Eigen::Vector3d centre_m;

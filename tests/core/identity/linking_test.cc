@@ -196,6 +196,7 @@ void ExpectIdentitiesToBeRestored(const Linked& linked) {
   const std::vector<PersonPose>& people = linked.frames[390].people;
   ASSERT_EQ(people.size(), 4u);
   EXPECT_EQ(people[0].id, TrackId(0));
+  // Hips are compared; the two people stand 0.8 m apart.
   EXPECT_NEAR(people[0].joints[11].position_m.x(), 0.0, 0.3);
   EXPECT_EQ(people[1].id, TrackId(1));
   EXPECT_NEAR(people[1].joints[11].position_m.x(), 0.8, 0.3);
