@@ -69,9 +69,9 @@ double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
 
 namespace {
 
-// Outside paper mode: whether a match on few joints counts. Chance agreement is
-// excluded by requiring that every common joint is within its gate, with a mean
-// affinity of at least a half.
+// Graph mode: whether a match on few joints counts. Chance agreement is
+// excluded by requiring that every common joint is within the gate, with a mean
+// affinity (before the decay with age) of at least a half.
 bool FewMatch(int common, int positive, double positive_sum, size_t joints) {
   constexpr double kWellWithin = 0.5;
   return common >= ScaledJoints(kFewestJoints, joints) && positive == common &&
@@ -178,7 +178,8 @@ double ViewMatcher::AffinityOf(const AssociationTarget& target,
                                const Eigen::AlignedBox2d& box,
                                const Camera& camera) const {
   if (options_.affinity != AffinityKind::kCrossView) {
-    // Joints beyond their gates contribute zero or negative affinities.
+    // If the boxes are farther apart than the gate, so are all pairs of joints,
+    // and no affinity is positive.
     if (GapPx(box, box_) > gate_px_) return 0.0;
     return Affinity(observation, projected_, target.age_frames, gate_px_,
                     joints_, options_);

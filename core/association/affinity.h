@@ -1,6 +1,6 @@
-// Affinity of a 2D pose and a person: the paper's Eq. 1, its body-aware
-// baseline, and that of Chen et al. (2020, "Cross-View Tracking for Multi-Human
-// 3D Pose Estimation at over 100 FPS").
+// Affinity of a 2D pose and a person: Eq. 1 of Chu et al. (2021; "the paper"),
+// its body-aware baseline, and that of Chen et al. (2020, "Cross-View Tracking
+// for Multi-Human 3D Pose Estimation at over 100 FPS").
 #ifndef KINEGRAPH_CORE_ASSOCIATION_AFFINITY_H_
 #define KINEGRAPH_CORE_ASSOCIATION_AFFINITY_H_
 
@@ -59,9 +59,9 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
                 const std::vector<int>& joints,
                 const AssociationOptions& options);
 
-// The gate of a person whose pose is `age_frames` old: alpha_2d per frame. With
-// reach_m_per_frame it is at least alpha_2d, and at most alpha_2d plus the
-// distance that a person can have moved since.
+// The gate [px] of a person whose pose is `age_frames` old: alpha_2d times the
+// age. If reach_m_per_frame > 0, it is alpha_2d up to an age of one frame and
+// then grows at most by the image of reach_m_per_frame per frame.
 double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
               const AssociationOptions& options);
 
@@ -95,7 +95,7 @@ class ViewMatcher {
   const std::vector<double>& affinities() const { return affinities_; }
 
  private:
-  // Sets the target of subsequent calls of AffinityOf.
+  // Sets the target that subsequent calls of AffinityOf compare with.
   void SetTarget(const AssociationTarget& target, const Camera& camera);
   // `box` is around the observation's joints.
   double AffinityOf(const AssociationTarget& target,

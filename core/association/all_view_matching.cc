@@ -19,8 +19,8 @@ constexpr double kVelocitySigma = 0.5;  // m/s
 // A detected point may be anywhere on the body's outline, which is half a metre
 // wide: the standard deviation of a uniform distribution of that width.
 constexpr double kBodySigma = 0.15;  // m
-// Probability that a detected joint is misplaced, and the same where another
-// person hides it.
+// Probability that a detected joint is misplaced, and the same for a joint that
+// another person hides.
 constexpr double kMisplaced = 0.05;
 constexpr double kHiddenMisplaced = 0.5;
 // Width of the region in which a misplaced joint, or a joint of another person,
@@ -31,8 +31,8 @@ constexpr double kElsewhere = 2.0;  // m
 constexpr double kHalfWidth = 0.25;  // m
 // Odds that a view detects a person in its image.
 constexpr double kSeenOdds = 3.0;
-// A detection is not considered if all of its joints are farther away than
-// this.
+// A detection is not considered if all of its joints are farther than this from
+// the expected ones.
 constexpr double kFarSigmas = 6.0;
 constexpr size_t kMostHypotheses = 30;      // per person and number of views
 constexpr double kLeastImprovement = 1e-9;  // nats

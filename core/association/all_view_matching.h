@@ -31,7 +31,8 @@ double ExpectedSigma(double age_s);
 
 class AllViewMatcher {
  public:
-  // Whether the skeleton has so few joints that people are matched in this way.
+  // Whether the skeleton has fewer than four association joints, so that people
+  // are matched in all views at once.
   static bool AppliesTo(const Skeleton& skeleton);
 
   // `cameras` must outlive the object; `joints` are the association joints,
@@ -46,10 +47,10 @@ class AllViewMatcher {
   //
   // A hypothesis of a person is a detection, or none, in each view. Its gain is
   // the log likelihood ratio between these detections showing the person,
-  // displaced from the expected pose, and showing others. Joints that nearer
-  // people hide are often misplaced. At most one hypothesis is chosen per
-  // person, and each detection is in at most one of the chosen hypotheses. The
-  // order of the views does not matter.
+  // displaced from the expected pose, and showing others; a joint hidden by a
+  // person nearer to the camera is more likely to be misplaced. At most one
+  // hypothesis is chosen per person, and each detection is in at most one of
+  // the chosen hypotheses. The order of the views does not matter.
   void Match(Span<ExpectedPerson> people,
              const std::vector<Span<Observation>>& views,
              const std::vector<std::vector<char>>& barred,

@@ -1,4 +1,5 @@
-// Options of the association, table [association].
+// Options of the association, table [association]. "The paper" is Chu et al.
+// (2021).
 #ifndef KINEGRAPH_CORE_ASSOCIATION_OPTIONS_H_
 #define KINEGRAPH_CORE_ASSOCIATION_OPTIONS_H_
 
@@ -7,11 +8,13 @@
 namespace kinegraph {
 
 // The fewest joints, of 17, that determine position and orientation of a body.
+// Numbers of joints "of 17" are scaled to the joints of the skeleton
+// (ScaledJoints).
 inline constexpr double kFewestJoints = 4.0;
 
 enum class AffinityKind {
   kPart,  // mean over the joints with a positive affinity (the paper's)
-  kBody,  // mean over all joints (the ablation's baseline)
+  kBody,  // mean over all joints (the baseline of the paper's ablation)
   // Chen et al.: a sum over joints of two terms, the distance from the last 2D
   // joint in this view and from the expected 3D joint.
   kCrossView,
@@ -31,14 +34,14 @@ struct AssociationOptions {
   // at most at this speed. The paper's gate grows by alpha_2d per frame and
   // soon includes other people. 0: the paper's gate.
   double max_speed_mps = 3.0;
-  // Graph mode: a lost person is expected to continue with the motion of the
-  // body for this long and then to stand still. 0: expected at the last
-  // position, as in the paper.
+  // Graph mode: a person is expected to continue with the motion of the body
+  // for this long after the last update and then to stand still. 0: expected at
+  // the last position, as in the paper.
   double prediction_s = 0.2;
-  // Joints of 17 that must have a positive affinity. Where joints are missing,
-  // the same share of the joints that both poses have.
+  // Of 17: common joints that must have a positive affinity. Where joints are
+  // missing, the same share of the joints that both poses have.
   double epsilon_joints = 10.0;
-  // Of 17; a pair with fewer common joints cannot match. Graph mode: four of 17
+  // Of 17: a pair with fewer common joints cannot match. Graph mode: four
   // suffice if all common joints agree well.
   double min_common_joints = 6.0;
   // cross_view only.
@@ -49,7 +52,8 @@ struct AssociationOptions {
   double weight_2d = 0.4;
   double weight_3d = 0.6;
 
-  // Not a key: set by the tracker from max_speed. 0: the paper's gate.
+  // Not a key: max_speed per frame in graph mode (TrackerOptions::At). 0: the
+  // paper's gate.
   double reach_m_per_frame = 0.0;
   // Not a key: prediction_s in graph mode, 0 in paper mode.
   double horizon_s = 0.0;

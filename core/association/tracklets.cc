@@ -9,16 +9,16 @@
 namespace kinegraph {
 namespace {
 
-// Gate from one detection to the next, as a share of the person's size in the
-// image: detector noise, and per second the way of a runner (1.7 m tall, 4 m/s
-// across the view).
+// Gate from one detection to the next, as a share of the diagonal of the
+// person's box: detector noise, and per second the distance covered by a runner
+// (1.7 m tall, 4 m/s across the view).
 constexpr double kNoise = 0.06;
 constexpr double kPerSecond = 2.5;
 // Greatest ratio of the nearest distance to the second nearest.
 constexpr double kMaxRatio = 0.5;
 constexpr double kMinCommon = 6.0;  // joints of 17
-// A tracklet ends after this time without a detection, at a low rate of the
-// detector after the longest pause.
+// A tracklet ends after this time without a detection, or after the detector's
+// longest pause (Follow) if that is longer.
 constexpr double kMissed = 0.2;  // s
 // A track owns a tracklet with which it was matched for this time.
 constexpr double kOwned = 0.2;  // s
@@ -29,7 +29,7 @@ constexpr double kFar = std::numeric_limits<double>::max();
 
 }  // namespace
 
-// Mean distance [px] of the joints that both have.
+// Mean distance [px] of the joints that both have; kFar if these are too few.
 double ViewTracklets::Distance(const Tracklet& a, const Tracklet& b) const {
   double sum_px = 0.0;
   int common = 0;

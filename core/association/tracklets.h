@@ -28,13 +28,15 @@ class ViewTracklets {
   explicit ViewTracklets(std::vector<int> joints)
       : joints_(std::move(joints)) {}
 
-  // The detections of the next frame. `longest_pause_s`: at most this long
-  // after a frame on which the detector ran, it runs on the next.
+  // The detections of the next frame. `longest_pause_s`: longest interval to be
+  // expected between two frames on which the detector runs; tracklets survive
+  // it.
   void Follow(Span<Observation> observations, TimeNs time,
               double longest_pause_s);
 
   // The track that owns the tracklet of this detection, by the detection's
-  // index in the last Follow.
+  // index in the last Follow. nullopt if no track was matched with the tracklet
+  // for 0.2 s, or none in the last 2 s.
   std::optional<TrackId> OwnerOf(size_t observation_idx) const;
   // To be called when the detection was matched with a track and the update
   // succeeded.
@@ -65,8 +67,7 @@ class ViewTracklets {
   std::vector<int> joints_;
   TimeNs now_ = 0;
   std::vector<Tracklet> tracklets_;
-  // The detections of the frame, before they inherit owners.
-  std::vector<Tracklet> seen_;
+  std::vector<Tracklet> seen_;       // buffer of Follow: the next tracklets_
   std::vector<size_t> tracklet_of_;  // [observation]
 };
 

@@ -18,7 +18,7 @@ constexpr double kBoneSigma = 0.035;
 
 constexpr double kPieceSeconds = 1.0;
 constexpr size_t kMinFramesOfPiece = 3;
-// Default before learning: 3 %, about 1 cm, between pieces of one body.
+// Default before learning: 3 %, about 1 cm, between intervals of one body.
 constexpr double kDefaultPieceSigma = 0.03;
 constexpr size_t kMinPiecesToLearn = 10;
 // Correlation time of a joint's reported errors: over tracks of 1.5 to 8 s
@@ -39,8 +39,8 @@ constexpr double kShouldersFloor = 0.01;  // m, distance between the shoulders
 constexpr double kHipsFloor = 0.015;      // m
 
 // Prior probability that a bone is measured wrongly in one of two tracks,
-// because it was mostly hidden or confused with another, and the spread of such
-// lengths. Such a bone is no evidence.
+// because it was mostly hidden or confused with another, and the standard
+// deviation of the difference of such log lengths. Such a bone is no evidence.
 constexpr double kWrongBone = 0.05;
 constexpr double kWrongSigma = 0.25;
 // The stature is integrated out numerically, at this many points within three
@@ -68,7 +68,8 @@ double FrameSeconds(const Tracklet& tracklet) {
          static_cast<double>(count - 1);
 }
 
-// Collects the frames of one bone in one piece.
+// Groups the frames of one bone into intervals of a second, each of which
+// becomes a piece.
 class PieceMaker {
  public:
   PieceMaker(double frame_s, std::vector<BoneSamples::Piece>* to)
@@ -120,7 +121,7 @@ bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
          IsBodyJoint(skeleton.joint_class(bone.b));
 }
 
-// Floor of the lasting errors of such a bone [m].
+// Least error of the length of a bone that keeps its length [m].
 double FloorOf(const Skeleton& skeleton, const Bone& bone) {
   const JointClass a = skeleton.joint_class(bone.a);
   if (a != skeleton.joint_class(bone.b)) return kFloor;

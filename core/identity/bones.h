@@ -13,14 +13,15 @@
 namespace kinegraph {
 
 // The bone lengths of a person, left and right separately, as medians over
-// pieces of a second, because errors of neighbouring frames are correlated.
+// intervals of a second, because errors of neighbouring frames are correlated.
 struct BoneSamples {
-  struct Piece {
+  struct Piece {  // one interval
     double log_length = 0.0;
     double seconds = 0.0;          // observed
-    double stated_variance = 0.0;  // of the log length; 0: unknown
+    double stated_variance = 0.0;  // of the log length, from the covariances
+                                   // of the joints; 0: unknown
   };
-  std::vector<std::vector<Piece>> of_bone;
+  std::vector<std::vector<Piece>> of_bone;  // in the order of the BoneModel
 
   // Merges the samples of both, assumed to be one person.
   void Append(const BoneSamples& other);
@@ -34,7 +35,7 @@ class BoneModel {
 
   // From the clean frames, using only joints observed by two views.
   BoneSamples Measure(const Tracklet& tracklet) const;
-  // Learns from all tracklets how much the pieces of one person differ.
+  // Learns from all tracklets how much the samples of one person differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
 
   // Log likelihood ratio [nats] of the two sets of lengths, for one person
@@ -55,10 +56,12 @@ class BoneModel {
 
   struct KeptBone {
     Bone bone;
-    double floor_m = 0.0;  // of lasting errors
+    double floor_m = 0.0;  // least error of a length, which does not average
+                           // out over time
   };
   std::vector<KeptBone> bones_;
-  std::vector<double> piece_sigma_;  // of the log length in 1 s, by bone
+  // Standard deviation of the log length over one second, by bone.
+  std::vector<double> piece_sigma_;
 };
 
 }  // namespace kinegraph

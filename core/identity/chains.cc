@@ -36,6 +36,7 @@ struct Insertion {
   size_t guest = 0;  // chains
   size_t host = 0;
   size_t after = 0;  // index in the host's pieces
+  // [nats]
   double bones = 0.0;
   double motion = 0.0;
   double gain = 0.0;
@@ -67,10 +68,10 @@ class Linker {
   }
 
   void Run() {
-    // With a known number of people, the reward of a join is raised until no
-    // more chains than that are left.
-    constexpr double kStep = 2.0;
-    constexpr double kMost = 20.0;
+    // With a known number of people, the reward of a join is raised, up to
+    // kMost, until no more chains than people are left.
+    constexpr double kStep = 2.0;   // nats
+    constexpr double kMost = 20.0;  // nats
     JoinAll();
     while (options_.people > 0 &&
            static_cast<int64_t>(chains_.size()) > options_.people &&
@@ -130,7 +131,8 @@ class Linker {
     return false;
   }
 
-  // Log probability of an absence of this duration relative to kUsualAbsence.
+  // Log density of an absence from `end` to `begin`, relative to that of
+  // kUsualAbsence.
   static double Absence(const MotionState& end, const MotionState& begin) {
     return std::log(kUsualAbsence / std::clamp(ToSeconds(begin.time - end.time),
                                                kShortAbsence, kLongAbsence));
@@ -153,8 +155,9 @@ class Linker {
         at_once ? StateUpTo(Last(from), begin.time) : end, begin, frame_s_);
     evidence.other = kKnownRather + Absence(end, begin);
     if (pieces_.next[last] == first) {
-      // While no view sees the person, the tracker's continuation counts half,
-      // minus what the motion across an unseen hop indicates against it.
+      // If the cut was made because no view saw the person, the tracker's
+      // continuation counts half. It is reduced by the evidence of the motion
+      // across each unseen part of the contact, where that is against it.
       double continuity =
           (pieces_.blind[last] ? 0.5 : 1.0) * options_.continuity;
       for (const auto& [before, after] : pieces_.hops[last]) {
@@ -201,9 +204,10 @@ class Linker {
     }
   }
 
-  // Rows are the chains that begin; columns those that end, and "no
-  // predecessor" for each row. Returns the cost and the predecessors, -1 for
-  // none.
+  // The best assignment of a predecessor to each chain, without the `forbidden`
+  // pairs (from, to). In the cost matrix rows are the chains that begin;
+  // columns those that end, and "no predecessor" for each row. Returns the cost
+  // and the predecessors, -1 for none.
   double Assign(const std::vector<std::pair<int, int>>& forbidden,
                 std::vector<int>* predecessor) {
     const size_t n = chains_.size();
@@ -237,11 +241,11 @@ class Linker {
     constexpr size_t kDeepest = 4;
     std::vector<int> predecessor;
     const double total = Assign(forbidden, &predecessor);
-    std::vector<std::pair<int, int>> way;
+    std::vector<std::pair<int, int>> path;
     int at = to;
     while (at != from && at >= 0) {
       const int before = predecessor[at];
-      way.push_back({before, at});
+      path.push_back({before, at});
       at = before;
     }
     if (at != from) return total;
@@ -257,7 +261,7 @@ class Linker {
       return Assign(more, &predecessor);
     }
     double best = std::numeric_limits<double>::max();
-    for (const std::pair<int, int>& join : way) {
+    for (const std::pair<int, int>& join : path) {
       std::vector<std::pair<int, int>> more = forbidden;
       more.push_back(join);
       best = std::min(best, BestApart(from, to, more));
@@ -290,7 +294,8 @@ class Linker {
       margin = std::min(margin, gain(from, to) + gain(f, t) -
                                     std::max(0.0, gain(f, to)) -
                                     std::max(0.0, gain(from, t)));
-      // A chain without a successor may take this one's place.
+      // A chain t without a successor may precede `to` instead of `from`,
+      // unless it may itself follow `from`, which would still connect the two.
       if (!used[t] && !evidence_[from][t].allowed) {
         margin = std::min(margin, gain(from, to) - gain(t, to));
       }
@@ -338,8 +343,9 @@ class Linker {
     return !joins.empty();
   }
 
-  // Two pieces of one chain may clearly be one person while the piece between
-  // them is not. Returns the clearest such joins, if any.
+  // Two chains that the assignment joins through others may clearly be one
+  // person while those in between are not. Returns the clearest such join, if
+  // any.
   std::vector<std::pair<int, int>> JoinAcross(
       const std::vector<int>& predecessor, double best) {
     if (chains_.size() > kExactChains) return {};
@@ -503,8 +509,8 @@ class Linker {
     chains_ = std::move(merged);
   }
 
-  // Joins pieces that are not clearly another person to the piece with which
-  // the tracker continued.
+  // Joins each chain to the piece with which the tracker continued, unless that
+  // is clearly another person.
   void GoOnAsTracked() {
     WeighAll();
     std::vector<std::pair<int, int>> joins;

@@ -142,7 +142,8 @@ class EditWriter {
     }
   }
 
-  // Gives `piece` and all later pieces of its label a new identity.
+  // Appends the cut that gives `piece` and all later pieces of its label a new
+  // identity.
   void CutBefore(int piece, const Link* link) {
     const TrackId old = label_[piece];
     const TrackId fresh(next_id_++);
@@ -155,7 +156,7 @@ class EditWriter {
   // Exchanges two tracks if each continued as the other's person; else returns
   // false.
   bool Exchange(int piece, int wanted) {
-    const int earlier = Earlier(piece);  // `piece` followed it
+    const int earlier = Earlier(piece);  // the tracker continued it as `piece`
     const int rival = Later(wanted, piece);
     if (earlier < 0 || rival < 0 || before_[rival] != earlier ||
         after_[wanted] != piece) {

@@ -15,7 +15,7 @@ namespace {
 // activity.
 constexpr std::array<double, 4> kSpeedSigmas = {0.1, 0.3, 0.6, 1.2};  // m/s
 constexpr double kSpeedLasts = 1.0;                                   // s
-constexpr double kDoingLasts = 1.5;                                   // s
+constexpr double kActivityLasts = 1.5;                                // s
 // Standard deviation of a measured velocity, corresponding to kStateSigmaM.
 constexpr double kVelocitySigma = 0.2;  // m/s
 constexpr double kMarginAround = 0.5;   // m
@@ -67,11 +67,11 @@ double LogSum(const std::array<double, kCount>& logs) {
   return most + std::log(sum);
 }
 
-using Doing = std::array<double, kSpeedSigmas.size()>;  // nats
+using ActivityLogs = std::array<double, kSpeedSigmas.size()>;  // nats
 
 // Log densities of a measured velocity under each activity.
-Doing LogSpeeds(const Eigen::Vector2d& velocity_mps) {
-  Doing logs;
+ActivityLogs LogSpeeds(const Eigen::Vector2d& velocity_mps) {
+  ActivityLogs logs;
   for (size_t k = 0; k < logs.size(); ++k) {
     const double variance =
         kSpeedSigmas[k] * kSpeedSigmas[k] + kVelocitySigma * kVelocitySigma;
@@ -152,10 +152,10 @@ double IdentityMotion::LogRatio(const MotionState& from, const MotionState& to,
   const double gap_s = std::max(frame_s, ToSeconds(to.time - from.time));
   const Eigen::Vector2d velocity = floor_ * from.velocity_mps;
   const Eigen::Vector2d velocity_to = floor_ * to.velocity_mps;
-  const Doing before = LogSpeeds(velocity);
+  const ActivityLogs before = LogSpeeds(velocity);
   const double known = LogSum(before);
-  const double lasts = std::exp(-gap_s / kDoingLasts);
-  Doing same;
+  const double lasts = std::exp(-gap_s / kActivityLasts);
+  ActivityLogs same;
   for (size_t k = 0; k < same.size(); ++k) {
     const double share = std::exp(before[k] - known) * lasts +
                          (1.0 - lasts) / static_cast<double>(same.size());

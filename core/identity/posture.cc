@@ -28,9 +28,9 @@ constexpr double kLogSpread = 0.4;    // of each distribution
 constexpr double kGoesOn = 0.9;
 constexpr double kGoesOnLong = 3.0;  // s
 constexpr double kMost = 2.5;        // nats, upper bound of the log ratio
-// Interval at which people present at the same time are compared [s].
-constexpr double kLookEvery = 0.5;
-constexpr size_t kMinStrangers = 20;  // pairs of postures
+// Interval at which people present at the same time are compared.
+constexpr double kCompareEvery = 0.5;  // s
+constexpr size_t kMinStrangers = 20;   // pairs of postures
 
 double Swing(double gap_s) {
   return std::max(kLeastSwing,
@@ -75,18 +75,19 @@ PostureModel::PostureModel(const std::vector<Tracklet>& tracklets,
                            const Eigen::Vector3d& up)
     : up_(up), strangers_m_(kStrangers) {
   // The postures of all people twice a second, by time.
-  std::map<int64_t, std::vector<LimbPosture>> looks;
+  std::map<int64_t, std::vector<LimbPosture>> moments;
   for (const Tracklet& tracklet : tracklets) {
     int64_t last = std::numeric_limits<int64_t>::min();
     for (size_t k = 0; k < tracklet.frames.size(); ++k) {
-      const int64_t look = tracklet.frames[k].time / FromSeconds(kLookEvery);
-      if (look == last) continue;
-      last = look;
-      looks[look].push_back(PostureOf(tracklet, k));
+      const int64_t moment =
+          tracklet.frames[k].time / FromSeconds(kCompareEvery);
+      if (moment == last) continue;
+      last = moment;
+      moments[moment].push_back(PostureOf(tracklet, k));
     }
   }
   std::vector<double> distances;
-  for (const auto& [look, postures] : looks) {
+  for (const auto& [moment, postures] : moments) {
     for (size_t a = 0; a < postures.size(); ++a) {
       for (size_t b = a + 1; b < postures.size(); ++b) {
         const auto distance = PostureDistance(postures[a], postures[b], up);

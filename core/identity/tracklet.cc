@@ -174,11 +174,12 @@ constexpr double kNear = 1.0;          // m
 constexpr double kTouching = 0.4;      // m
 constexpr double kMayExchange = 1.5;   // m
 constexpr double kExchangeTime = 0.4;  // s, within which an exchange shows
-// A track is unreliable before it is lost [s].
-constexpr double kBefore = 0.4;
+// The beginning or end of another track is a contact from kBefore, because a
+// track is unreliable before it is lost, to kAfter.
+constexpr double kBefore = 0.4;      // s
 constexpr double kAfter = 0.2;       // s
 constexpr double kLeast = 1.0;       // s of clean frames required in a piece
-constexpr double kLeastAtHop = 0.4;  // s, before or after a hop (kHop)
+constexpr double kLeastAtHop = 0.4;  // s, the same beside a hop (kHop)
 constexpr double kMerge = kLeast;    // closer contacts are merged
 // A track that no view sees for this long may be recovered on another person.
 constexpr double kBlind = 0.12;       // s

@@ -48,13 +48,14 @@ struct Tracklet {
   bool HasClean() const { return dirty_begin + dirty_end < frames.size(); }
 };
 
-// Frames with a centre, of everyone, by ascending identity. The centre is the
-// mean of hips and shoulders or, without them, of all joints.
+// One tracklet per person, by ascending identity, of the frames in which the
+// person has a centre: the mean of hips and shoulders or, without them, of all
+// joints.
 std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
                                        const Skeleton& skeleton);
 
-// For two tracks: number of frames in which both are present, and in which
-// their joints coincide, within 0.35 m on average.
+// For two tracks: number of frames in which both are present, and of those in
+// which their joints coincide, i.e. are within 0.35 m on average.
 struct Together {
   int64_t frames = 0;
   int64_t same_place = 0;
@@ -70,8 +71,9 @@ struct Together {
 };
 Together Compare(const Tracklet& a, const Tracklet& b);
 
-// Standard deviation of the position of a state: the trunk's centre sways about
-// a straight walk, and is least accurate just where a person is lost.
+// Standard deviation of the position of a MotionState on each axis: the trunk's
+// centre sways about a straight walk, and is least accurate just where a person
+// is lost.
 inline constexpr double kStateSigmaM = 0.08;
 
 // Shoulders to wrists and hips to ankles relative to the trunk's centre, in
@@ -104,10 +106,11 @@ struct Pieces {
   std::vector<Tracklet> tracklets;  // by ascending identity, then time
   // The piece with which the tracker continued, or -1.
   std::vector<int> next;
-  // Whether the cut was made because no view saw the person for a while.
+  // Whether the piece ends in a cut that was made only because no view saw the
+  // person for a while.
   std::vector<char> blind;
-  // For a piece that ends in a longer contact: the states before and after each
-  // run of frames of the contact in which no view saw the person.
+  // For a piece that ends in a contact that is not blind: the states before and
+  // after each run of frames of the contact in which no view saw the person.
   using Hop = std::pair<MotionState, MotionState>;
   std::vector<std::vector<Hop>> hops;
 };

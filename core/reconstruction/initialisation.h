@@ -1,4 +1,5 @@
-// New people from unmatched detections (paper Algorithm 2).
+// New people from unmatched detections (Algorithm 2 of Chu et al. 2021, here
+// "the paper").
 #ifndef KINEGRAPH_CORE_RECONSTRUCTION_INITIALISATION_H_
 #define KINEGRAPH_CORE_RECONSTRUCTION_INITIALISATION_H_
 
@@ -27,6 +28,7 @@ class GroupingRule {
         joints_(std::move(joints)),
         min_common_(ScaledJoints(options.min_common_joints, joints_.size())) {}
 
+  // The larger, the better; may be negative for kWeightedDistance.
   double Gain(const ObservationGroup& group,
               const Observation& detection) const;
   // Whether a pair that the assignment chose may be joined.
@@ -39,7 +41,7 @@ class GroupingRule {
   double AffinitySum(const ObservationGroup& group,
                      const Observation& detection) const;
   // The authors' code: mean over the joints of the confidence-weighted epipolar
-  // distance, divided by a threshold. Its mean over the group is minimised.
+  // distance, divided by alpha_group. Its mean over the group is minimised.
   double Cost(const Observation& a, const Observation& b) const;
 
   InitialisationOptions options_;
@@ -61,8 +63,9 @@ class Initialiser {
               std::vector<int> joints);
 
   // `unmatched[view]` lists the unmatched detections of a view. Proceeds view
-  // by view: each detection joins a group or starts one; groups of two or more
-  // views pass through the joints filter and DLT.
+  // by view: each detection that is confident enough joins a group or starts
+  // one; groups of two or more views pass through the joints filter and DLT,
+  // and those with enough triangulated joints become `people`.
   void Run(const std::vector<ObservationGroup>& unmatched,
            std::vector<NewPerson>* people);
 

@@ -1,5 +1,5 @@
 // Options of triangulation and of new people, tables [reconstruction] and
-// [initialisation].
+// [initialisation]. "The paper" is Chu et al. (2021).
 #ifndef KINEGRAPH_CORE_RECONSTRUCTION_OPTIONS_H_
 #define KINEGRAPH_CORE_RECONSTRUCTION_OPTIONS_H_
 
@@ -37,12 +37,12 @@ struct ReconstructionOptions {
   bool joints_filter = true;
   double alpha_epi_px = 60.0;
   ConflictOrder conflict_order = ConflictOrder::kView;
-  // The update fails when more than this share of the joints seen in this frame
-  // has fewer than two views left.
+  // The update fails when more than this share of the association joints seen
+  // in this frame is lost, i.e. has no triangulation.
   double max_lost_share = 1.0 / 3.0;
-  // Graph mode: a joint found in one view and missed in the others is no
-  // conflict; that view still contributes to it. Paper mode counts all seen
-  // joints.
+  // Graph mode: a joint found in one view and missed in the others counts
+  // neither as lost nor as seen; its measurement still reaches the estimator.
+  // Paper mode counts all seen joints.
   LostRule lost = LostRule::kContradicted;
 
   // A joint behind a camera that measured it is rejected. The authors' code has

@@ -145,7 +145,8 @@ bool Reconstructor::KeepsEnough(const Reconstruction& reconstruction) const {
     return lost <= options_.max_lost_share * seen;
   }
   // Views with hardly any joint in common do not show one person. If two views
-  // miss half of the joints each, a third of the joints seen is in both.
+  // miss half of the joints each, independently, a third of the joints seen is
+  // in both.
   constexpr double kLeastShared = 0.25;
   const int alone = reconstruction.alone_joints;
   // One joint may always be lost, such as one of a box's two joints when its

@@ -16,15 +16,16 @@
 
 namespace kinegraph {
 
-// One view's measurement of the joint.
+// One view's measurement of a joint.
 struct JointRay {
   int view_idx = 0;
   Eigen::Vector2d ideal_px = Eigen::Vector2d::Zero();
 };
 
-// Selects the views of one joint. Two views are in conflict when E = 1 -
-// distance / alpha < 0 with the mean epipolar distance (Eq. 2). Of two
-// conflicting views the following one is removed:
+// Selects the views of one joint (Eq. 2 and 3 of Chu et al. 2021). Two views
+// are in conflict when E = 1 - distance / alpha < 0, with the mean of the two
+// epipolar distances (Eq. 2). Of two conflicting views the following one is
+// removed:
 // - with a predicted point, the one whose ray is farther from it (Eq. 3; on a
 //   tie the second);
 // - without, the one with the smaller row sum of E over all views (on a tie
@@ -113,6 +114,7 @@ class Reconstructor {
   void Triangulate(Span<UsedView> views);
   // The views that measure the joint, newest pose first within a view.
   void Measure(Span<UsedView> views, size_t joint_idx);
+  // For a joint whose triangulation in lanes did not converge.
   TriangulationResult TriangulateAlone(Span<UsedView> views, size_t joint_idx);
   // In place of the filter: keeps every measurement with a confidence above 0.
   void KeepConfident(Span<UsedView> views, size_t joint_idx);
@@ -122,7 +124,7 @@ class Reconstructor {
   JointsFilter filter_;
   ReconstructionOptions options_;
   TriangulationOptions triangulation_;
-  std::vector<char> counts_;  // one per joint
+  std::vector<char> counts_;  // one per joint: 1 for association joints
   // Buffers of Run. Rows of lanes_ numbers, one row per view; one joint per
   // lane.
   size_t joints_ = 0;
@@ -133,7 +135,7 @@ class Reconstructor {
   std::vector<LaneView> lane_views_;
   std::vector<double> conflict_;  // one per joint
   std::vector<double> point_m_;   // x of all joints, then y, then z
-  std::vector<double> found_;     // one per joint
+  std::vector<double> found_;     // one per joint, as LanePoints::found
   std::vector<char> seen_;        // one per joint: measured in this frame
   // One per joint: number of views that measure it.
   std::vector<int> views_of_;

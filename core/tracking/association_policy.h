@@ -1,5 +1,5 @@
-// What a mode adds to the paper's association: pairs that must not be matched,
-// and new people who must not start a track.
+// What a mode adds to the association of Chu et al. (2021; "the paper"): pairs
+// that must not be matched, and new people who must not start a track.
 #ifndef KINEGRAPH_CORE_TRACKING_ASSOCIATION_POLICY_H_
 #define KINEGRAPH_CORE_TRACKING_ASSOCIATION_POLICY_H_
 
@@ -31,9 +31,11 @@ struct AssociationState {
 
 // The paper's policy, without additions. In each frame the tracker calls Forbid
 // and MatchesAgain for each view, FalseRecovery for each new person,
-// AwaitsSlight, SeeSlight, LearnUpdates, Counts for each track, and MayBegin
-// and LearnBeginning for each new person. Pairs are row-major, tracks x
-// observations of the view.
+// AwaitsSlight, SeeSlight (if AwaitsSlight returned true), LearnUpdates, Counts
+// for each updated track, MayBegin for each new person, and LearnBeginning for
+// each who starts a track. If all views are matched at once (AllViewMatcher),
+// MatchesAgain is not called. Pairs are row-major, tracks x observations of the
+// view.
 class AssociationPolicy {
  public:
   virtual ~AssociationPolicy() = default;
@@ -58,12 +60,14 @@ class AssociationPolicy {
   virtual void LearnUpdates() {}
   // Whether an update counts towards the life of its track.
   virtual bool Counts(const Track&) const { return true; }
-  // Whether people with fewer joints than a new person needs may start a track
-  // once they have been visible for long enough; SeeSlight removes the
-  // candidates that have not.
+  // Whether slight people, i.e. those with fewer joints than a new person
+  // needs, may start a track once they have been visible for long enough;
+  // SeeSlight removes the candidates that have not.
   virtual bool AwaitsSlight() const { return false; }
   virtual void SeeSlight(std::vector<NewPerson>*) {}
+  // Whether a new person may start a track.
   virtual bool MayBegin(const NewPerson&) const { return true; }
+  // Called when a new person has started this track.
   virtual void LearnBeginning(const NewPerson&, TrackId) {}
 };
 

@@ -11,17 +11,19 @@ namespace {
 
 // The displacement with the smallest sum of distances from the others, as an
 // approximation of their geometric median; zero if there are none.
-Eigen::Vector3d CommonWay(const std::vector<Eigen::Vector3d>& ways) {
-  Eigen::Vector3d common = Eigen::Vector3d::Zero();
+Eigen::Vector3d MedianOf(const std::vector<Eigen::Vector3d>& displacements) {
+  Eigen::Vector3d median = Eigen::Vector3d::Zero();
   double least = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& way : ways) {
+  for (const Eigen::Vector3d& one : displacements) {
     double sum = 0.0;
-    for (const Eigen::Vector3d& other : ways) sum += (way - other).norm();
+    for (const Eigen::Vector3d& other : displacements) {
+      sum += (one - other).norm();
+    }
     if (!(sum < least)) continue;
     least = sum;
-    common = way;
+    median = one;
   }
-  return common;
+  return median;
 }
 
 std::optional<double> WeightOf(FilterVerdict verdict) {
@@ -36,17 +38,17 @@ void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
   const Pose3d& last = estimator.Last();
   const double elapsed_s = ToSeconds(time - estimator.LastTime());
   estimator.Predict(time, pose);
-  std::vector<Eigen::Vector3d> ways;
-  ways.reserve(last.size());
+  std::vector<Eigen::Vector3d> displacements;
+  displacements.reserve(last.size());
   for (size_t j = 0; j < last.size(); ++j) {
     if (!last[j].present() || !(*pose)[j].present()) continue;
-    ways.push_back((*pose)[j].position_m - last[j].position_m);
+    displacements.push_back((*pose)[j].position_m - last[j].position_m);
   }
   const double share = elapsed_s > horizon_s ? horizon_s / elapsed_s : 1.0;
-  const Eigen::Vector3d way = share * CommonWay(ways);
+  const Eigen::Vector3d moved_m = share * MedianOf(displacements);
   *pose = last;
   for (Joint3d& joint : *pose) {
-    if (joint.present()) joint.position_m += way;
+    if (joint.present()) joint.position_m += moved_m;
   }
 }
 

@@ -41,7 +41,8 @@ struct EstimatorFrame {
   bool has_initial = false;
   Pose3d initial;
   std::vector<char> triangulated;  // one per joint: by DLT, not predicted
-  // Inlier views of each joint in this frame, after the joints filter.
+  // Number of inlier views of each joint in this frame, after the joints
+  // filter.
   std::vector<int> inlier_views;
 };
 
@@ -55,8 +56,8 @@ struct FinalPose {
 // Data about its views that a final pose keeps (PersonPose::matches).
 enum class KeptMatches : uint8_t {
   kNone,
-  kDetections,  // the detections
-  kWeights,     // and the weight of each of their joints
+  kDetections,  // which detections were matched
+  kWeights,     // also the weight of each of their joints
 };
 
 // Constants of a scene, shared by all estimators.
@@ -91,15 +92,16 @@ class Estimator {
 };
 
 // The newest pose of `estimator`, translated to the position expected at
-// `time`: by the geometric median of the joints' predicted displacements, of
-// which at most the part of the first `horizon_s` counts. The swing of the
-// limbs is not predicted.
+// `time`: by the geometric median of the joints' predicted displacements. If
+// `time` is more than `horizon_s` after the pose, the displacement is scaled
+// down to `horizon_s`. The swing of the limbs is not predicted.
 void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
                 Pose3d* pose);
 
 // Copies the views of `frame` to a final pose: inlier views after the joints
-// filter and, where matches are kept, the score and each view's detection, with
-// weight 1 for joints that the filter kept and 0 for those it removed.
+// filter and, where matches are kept, the score (mean confidence of the
+// measured joints) and each view's detection, with weight 1 for joints that the
+// filter kept and 0 for those it removed.
 void DescribeViews(const EstimatorFrame& frame, KeptMatches kept,
                    PersonPose* person);
 

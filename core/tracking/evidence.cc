@@ -72,7 +72,7 @@ const std::vector<UsedView>& EvidenceStep::YoungViews(const ViewMemory& memory,
 
 bool EvidenceStep::Update(const std::vector<UsedView>& views,
                           const Pose3d& predicted, EstimatorFrame* evidence) {
-  const bool succeeded = Look(views, predicted);
+  const bool succeeded = TryUpdate(views, predicted);
   FillEstimatorFrame(views, reconstruction_, succeeded, evidence);
   return succeeded;
 }
@@ -89,8 +89,8 @@ bool EvidenceStep::Initialise(const std::vector<UsedView>& views,
   return true;
 }
 
-bool EvidenceStep::Look(const std::vector<UsedView>& views,
-                        const Pose3d& predicted) {
+bool EvidenceStep::TryUpdate(const std::vector<UsedView>& views,
+                             const Pose3d& predicted) {
   return reconstructor_.Update(views, predicted, &reconstruction_);
 }
 

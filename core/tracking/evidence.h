@@ -46,13 +46,14 @@ class EvidenceStep {
   // update fails: the evidence then has views but no pose.
   bool Update(const std::vector<UsedView>& views, const Pose3d& predicted,
               EstimatorFrame* evidence);
-  // Update for a new person, who has no prediction. Fails with fewer
-  // triangulated joints than a new person must have.
+  // Update for a new person, who has no prediction. Fails with fewer than two
+  // views, or fewer triangulated joints than a new person must have; `evidence`
+  // is then unchanged.
   bool Initialise(const std::vector<UsedView>& views, EstimatorFrame* evidence);
-  // Update that writes no evidence.
-  bool Look(const std::vector<UsedView>& views, const Pose3d& predicted);
+  // As Update, but fills only reconstruction().
+  bool TryUpdate(const std::vector<UsedView>& views, const Pose3d& predicted);
 
-  // Result of the last call.
+  // Result of the last Update, Initialise or TryUpdate.
   const Reconstruction& reconstruction() const { return reconstruction_; }
   Reconstructor& reconstructor() { return reconstructor_; }
 

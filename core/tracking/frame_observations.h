@@ -14,16 +14,17 @@
 
 namespace kinegraph {
 
-// Two observations of one view show one person, so are duplicates, if the
-// joints that both found are apart by less than a twentieth of the larger box's
-// diagonal on average (about 9 cm on an adult), and they are at least half of
-// the joints of the observation that found fewer. Two people overlap that well
-// only for a frame or two.
+// Two observations of one view are duplicates, i.e. show one person, if the
+// joints found in both are apart by less than a twentieth of the larger box's
+// diagonal on average (about 9 cm on an adult), and are at least half of the
+// joints of the observation that has fewer. Two people overlap that well only
+// for a frame or two.
 //
-// Keeps one observation of each group of duplicates, at the index of the
-// group's first: the one with the most joints, then the most confident one,
-// then the first. Returns the number kept; they are moved to the front, and the
-// others stay behind them, for their memory to be reused.
+// Of the first `count` observations, which must be of one view, keeps one of
+// each group of duplicates, at the index of the group's first: the one with the
+// most joints, then the most confident one, then the first. Returns the number
+// kept; they are moved to the front, and the others stay behind them, for their
+// memory to be reused.
 size_t SuppressDuplicates(size_t count, std::vector<Observation>* observations);
 
 // Observations of each view of a frame, converted to the skeleton of the

@@ -1,5 +1,5 @@
-// The policy of graph mode. With the affinity of Chu et al. alone (Eq. 1,
-// docs/paper_mode.md) a lost track is matched with any person near its last
+// The policy of graph mode. With Eq. 1 of Chu et al. (2021) alone
+// (docs/paper_mode.md) a lost track is matched with any person near its last
 // position: its gate grows with its age, and a single view cannot distinguish
 // people who stand behind each other. These rules prevent such exchanges of
 // identity, and duplicate tracks:
@@ -148,22 +148,22 @@ class GraphAssociation final : public AssociationPolicy {
   // cameras there is no third view to wait for, so chance agreement is
   // accepted.
   bool AwaitsSlight() const override {
-    std::vector<int> unexplained;
+    std::vector<int> unmatched;
     for (size_t v = 0; v < state_.scene.cameras.size(); ++v) {
-      const int count = CountUnexplained(v, 0);
-      if (count > 0) unexplained.push_back(count);
+      const int count = CountUnmatched(v, 0);
+      if (count > 0) unmatched.push_back(count);
     }
-    if (unexplained.size() < 2) return false;
-    std::partial_sort(unexplained.begin(), unexplained.begin() + 2,
-                      unexplained.end());
+    if (unmatched.size() < 2) return false;
+    std::partial_sort(unmatched.begin(), unmatched.begin() + 2,
+                      unmatched.end());
     return state_.scene.cameras.size() == 2 ||
-           kPairAgrees * unexplained[0] * unexplained[1] <= kMostGroups;
+           kPairAgrees * unmatched[0] * unmatched[1] <= kMostGroups;
   }
 
   // Candidates are linked from frame to frame by position. Chance agreements do
   // not persist at one position for long.
   void SeeSlight(std::vector<NewPerson>* people) override {
-    // Six joints seen by two views for a second.
+    // For example six joints seen by two views for a second.
     constexpr double kEnoughJointSeconds = 6.0;
     constexpr double kForgottenS = 0.4;
     constexpr double kOnePlaceM = 0.2;
@@ -219,21 +219,22 @@ class GraphAssociation final : public AssociationPolicy {
 
   // A candidate: a person with too few visible joints to start a track at once.
   struct Slight {
-    TimeNs time = 0;  // last seen
-    Pose3d pose;
-    double joints = 0.0;  // that agreed in that frame
+    TimeNs time = 0;      // last seen
+    Pose3d pose;          // at that time
+    double joints = 0.0;  // JointsTwice at that time
     double joint_seconds = 0.0;
   };
 
-  // At least one and a half intervals between frames on which the detector ran,
-  // so that candidates and 2D tracklets in consecutive frames of the detector
-  // are linked whatever its rate.
+  // `seconds`, but at least one and a half intervals between frames on which
+  // the detector ran, so that candidates and 2D tracklets in consecutive frames
+  // of the detector are linked whatever its rate [s].
   double LongestPause(double seconds) const {
     return std::max(seconds, 1.5 * state_.rhythm.usual_frames() /
                                  state_.scene.frame_rate_hz);
   }
 
-  // Joints seen by two views count once, by three twice, and so on.
+  // Number of joints: those seen by two views count once, by three twice, and
+  // so on.
   double JointsTwice(const NewPerson& person) const {
     int count = 0;
     for (const int j : state_.scene.skeleton.association_joints()) {
@@ -348,13 +349,13 @@ class GraphAssociation final : public AssociationPolicy {
                      const Pose3d& pose) const {
     double groups = std::pow(kPairAgrees, -3);
     for (const size_t view_idx : views) {
-      groups *= kPairAgrees * kPairAgrees * CountUnexplained(view_idx, joints);
+      groups *= kPairAgrees * kPairAgrees * CountUnmatched(view_idx, joints);
     }
-    return groups > kMostGroups && views.size() < CountLooking(pose);
+    return groups > kMostGroups && views.size() < CountFacing(pose);
   }
 
   // Number of unmatched detections with at least `joints` joints.
-  int CountUnexplained(size_t view_idx, int joints) const {
+  int CountUnmatched(size_t view_idx, int joints) const {
     const Span<Observation> observations = state_.observations.OfView(view_idx);
     const auto counts = [&](const Observation& observation) {
       return observation.found_count >= joints;
@@ -369,8 +370,8 @@ class GraphAssociation final : public AssociationPolicy {
 
   // Cameras whose image contains more than half of the joints. Where the image
   // size is unknown, the principal point is assumed to be its centre.
-  size_t CountLooking(const Pose3d& pose) const {
-    size_t looking = 0;
+  size_t CountFacing(const Pose3d& pose) const {
+    size_t facing = 0;
     for (const Camera& camera : state_.scene.cameras) {
       const Eigen::AlignedBox2d image(
           Eigen::Vector2d::Zero(),
@@ -383,9 +384,9 @@ class GraphAssociation final : public AssociationPolicy {
         const auto px = camera.Project(joint.position_m);
         inside += px.has_value() && image.contains(*px) ? 1 : 0;
       }
-      looking += 2 * inside > CountPresent(pose) ? 1 : 0;
+      facing += 2 * inside > CountPresent(pose) ? 1 : 0;
     }
-    return looking;
+    return facing;
   }
 
   // Index within its view and frame.

@@ -1,4 +1,5 @@
-// All options of the front end, by configuration table.
+// All options of the front end, by configuration table. "The paper" is Chu et
+// al. (2021).
 #ifndef KINEGRAPH_CORE_TRACKING_OPTIONS_H_
 #define KINEGRAPH_CORE_TRACKING_OPTIONS_H_
 
@@ -26,14 +27,14 @@ enum class GateUnits {
 struct GateOptions {
   GateUnits units = GateUnits::kPixels;
   double speed_mps = 2.6;
-  double working_distance_m = 0.0;  // 0: where the optical axes meet
+  double working_distance_m = 0.0;  // 0: WorkingDistance of the cameras
 
   // Constants, not keys.
   double epipolar_m = 0.19;
   double detector_px = 6.0;
   double reach_m = 0.12;
   double motion_detector_px = 15.0;
-  // tau, lambda_a and lambda_t of the paper at 25 Hz, as times.
+  // tau, lambda_a and lambda_t of the paper at 25 Hz, in seconds.
   double view_age_s = 0.12;
   double affinity_decay_per_s = 75.0;
   double view_decay_per_s = 125.0;

@@ -25,7 +25,7 @@ namespace kinegraph {
 // A detection matched with a person.
 struct FrozenDetection {
   int view_idx = 0;       // of the run's cameras
-  int detection_idx = 0;  // index_in_file
+  int detection_idx = 0;  // Detection::index_in_file
 };
 
 struct FrozenFrame {
@@ -73,7 +73,6 @@ class MatchFreezer {
 struct ReplayedPerson {
   TrackId id;
   // Starts with the first frame in which enough joints could be triangulated.
-  // Points into the Replay.
   std::vector<EstimatorFrame> frames;
   std::vector<char> written;  // one per frame
 };

@@ -17,8 +17,9 @@ constexpr double kVelocitySeconds = 0.2;  // averaging time of an end's velocity
 constexpr double kFades = 0.5;            // s, time constant of the velocity
 constexpr double kNewShare = 0.3;         // weight of the newest velocity
 
+// A person in one frame.
 struct Place {
-  int64_t index;  // of its frame
+  int64_t index;  // of the frame
   int64_t frame;
   TimeNs time;
   Eigen::Vector3d centre_m;
@@ -125,7 +126,7 @@ namespace {
 
 // The longest time for which a person is followed back from the first frame of
 // a run.
-constexpr TimeNs kLongestBack = 2'000'000'000;
+constexpr TimeNs kLongestBack = 2'000'000'000;  // 2 s
 // At the end of a track that only one view sees, the joints' mean uncertainty
 // must not exceed this: a third of the distance at which two people pass each
 // other.
@@ -209,7 +210,7 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
   TrackFrame& written = frames_.emplace_back();
   written.frame = frame.frame;
   written.time = frame.time;
-  // Kept where the second pass finds no match.
+  // Replaced by WritePerson where the second pass has an estimate.
   written.people = std::move(first_pass.people);
   const std::vector<PersonPose>& people = written.people;
   observations_.Prepare(frame);
@@ -283,9 +284,9 @@ const TrackRun* SecondPass::FindRun(TrackId id, int64_t TrackRun::*end,
   return nullptr;
 }
 
-SecondPass::Seen SecondPass::Look(const Pose3d& expected, double age_s,
-                                  const Recent& recent,
-                                  const FrameObservations& observations) {
+SecondPass::Seen SecondPass::MatchUnmatched(
+    const Pose3d& expected, double age_s, const Recent& recent,
+    const FrameObservations& observations) {
   used_views_.clear();
   used_places_.clear();
   free_.clear();
@@ -318,7 +319,7 @@ SecondPass::Seen SecondPass::Look(const Pose3d& expected, double age_s,
     used_places_.clear();
   }
   if (used_views_.empty()) return Seen::kInNoView;
-  if (used_views_.size() < 2 || !evidence_.Look(used_views_, expected)) {
+  if (used_views_.size() < 2 || !evidence_.TryUpdate(used_views_, expected)) {
     return Seen::kInOneView;
   }
   return Seen::kInTwoViews;
@@ -342,7 +343,8 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
   for (size_t r = recent_.size(); r-- > 0;) {
     Recent& recent = recent_[r];
     const TrackFrame& written = frames_[recent.index];
-    // The person is already in this frame, in another run or extension.
+    // The person is already in this frame in another run or, up to `stop`, in
+    // another extension.
     const bool is_there = std::any_of(
         written.people.begin(), written.people.end(),
         [&](const PersonPose& other) { return other.id == person.id; });
@@ -353,7 +355,8 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
     expected.push_back(follower.At(written.time));
     ages_s.push_back(ToSeconds(follower.agreed() - written.time));
     earlier_.Prepare(recent.detections);
-    seen.push_back(Look(expected.back(), ages_s.back(), recent, earlier_));
+    seen.push_back(
+        MatchUnmatched(expected.back(), ages_s.back(), recent, earlier_));
     if (seen.back() != Seen::kInTwoViews) continue;
     if (IsTaken(evidence_.reconstruction().pose, written.people)) {
       seen.pop_back();
@@ -366,7 +369,7 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
   for (size_t k = seen.size(); k-- > 0;) {
     Recent& recent = recent_[recent_.size() - 1 - k];
     earlier_.Prepare(recent.detections);
-    Look(expected[k], ages_s[k], recent, earlier_);
+    MatchUnmatched(expected[k], ages_s[k], recent, earlier_);
     Take(&recent);
     const TrackFrame& written = frames_[recent.index];
     AddFrame(written.frame, written.time, person.id, expected[k]);
@@ -380,8 +383,8 @@ void SecondPass::ExtendOn(Recent* now) {
     EndFollower& follower = at->second.follower;
     const Pose3d expected = follower.At(written.time);
     const Seen seen =
-        Look(expected, ToSeconds(written.time - follower.agreed()), *now,
-             observations_);
+        MatchUnmatched(expected, ToSeconds(written.time - follower.agreed()),
+                       *now, observations_);
     const bool agreed = seen == Seen::kInTwoViews;
     if (written.time - follower.agreed() > max_lost_ ||
         (agreed && IsTaken(evidence_.reconstruction().pose, written.people))) {

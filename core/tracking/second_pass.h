@@ -26,7 +26,8 @@
 
 namespace kinegraph {
 
-// Consecutive frames that all contain a person, and the velocity at both ends.
+// Consecutive frames that all contain a person, and the velocity of the mean of
+// the joints at both ends.
 struct TrackRun {
   int64_t first = 0;
   int64_t last = 0;
@@ -103,8 +104,8 @@ class SecondPass {
     EndFollower follower;
     int end = 0;  // number of the extension
   };
-  // Number of views that agree; kInOneView: also several that do not agree,
-  // kInTwoViews: two or more.
+  // Number of views matched with the person that agree; kInOneView: also
+  // several that do not agree, kInTwoViews: two or more.
   enum class Seen { kInNoView, kInOneView, kInTwoViews };
   // A frame beyond an end that was given to an estimator.
   struct Beyond {
@@ -125,16 +126,21 @@ class SecondPass {
   // `frame`.
   const TrackRun* FindRun(TrackId id, int64_t TrackRun::*end,
                           int64_t frame) const;
-  // Matches the unmatched detections with a person, who is expected by a pose
-  // that is `age_s` old, and stores the matches in used_views_ and
+  // Matches the unmatched detections with a person, whose expected pose is
+  // predicted over `age_s`, and stores the matches in used_views_ and
   // used_places_; evidence_ then holds the joints on which they agree.
-  Seen Look(const Pose3d& expected, double age_s, const Recent& recent,
-            const FrameObservations& observations);
+  Seen MatchUnmatched(const Pose3d& expected, double age_s,
+                      const Recent& recent,
+                      const FrameObservations& observations);
   void Take(Recent* recent) const;  // marks used_places_
+  // Follows a person from the first frame of `run`, at `time`, backward through
+  // recent_.
   void ExtendBack(const PersonPose& person, TimeNs time, const TrackRun& run);
+  // Follows the people in followers_ into the current frame.
   void ExtendOn(Recent* now);
   void Remember(Recent now);
-  void PackBefore(size_t end);  // index in frames_
+  // Moves the poses of the frames before this index in frames_ to packed_.
+  void PackBefore(size_t end);
   // Whether each frame beyond an end is written.
   std::map<int64_t, bool> KeptBeyond(
       const std::vector<Beyond>& beyond,
@@ -160,7 +166,7 @@ class SecondPass {
   std::map<TrackId, std::vector<TrackRun>> runs_;  // with ends to be extended
   std::map<TrackId, Following> followers_;         // beyond the last frame
   std::map<TrackId, std::vector<Beyond>> beyond_;
-  int ends_ = 0;
+  int ends_ = 0;  // number of extensions so far
   std::deque<Recent> recent_;
   std::map<TrackId, std::unique_ptr<Estimator>> estimators_;
 

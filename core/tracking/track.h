@@ -20,15 +20,16 @@ bool HasDetections(const DetectionFrame& frame);
 
 // A detector may run on every third frame of a video, or a 120 Hz file may hold
 // detections made at 30 Hz: the frames in between are empty in every view,
-// which must not count as misses. The intervals between frames with detections
-// distinguish such frames from those without people.
+// which must not count as misses. A look is a frame on which the detector ran;
+// the intervals between frames with detections distinguish looks without people
+// from frames that are no looks.
 class LookRhythm {
  public:
   explicit LookRhythm(const FrameClock& clock) : clock_(clock) {}
 
   // Processes the next frame. Returns whether the detector ran on it: some view
-  // has a detection, or none has had one for as long as the longest of the
-  // detector's recent pauses.
+  // has a detection, or none has had one for as long as the longest recent
+  // interval between frames with detections (if enough intervals are known).
   bool IsLook(const DetectionFrame& frame);
 
   // Typical interval between frames with detections [frames], at least 1: the
@@ -73,9 +74,10 @@ class ViewMemory {
 
 enum class TrackState { kTentative, kConfirmed, kDeleted };
 
-// Track life, after the authors' code (the paper does not specify it):
-// confirmed after a number of hits; a tentative track is deleted at its first
-// miss, any track when its last update is too old. Misses do not reset hits.
+// Track life, after the code of Chu et al. (2021; the paper does not specify
+// it): confirmed after a number of hits; a tentative track is deleted at its
+// first miss, any track when its last update is too old. Misses do not reset
+// hits.
 // Where the detector does not run on every frame (LookRhythm), a hit counts as
 // the frames that it represents; two hits that represent confirm_hits frames
 // are then enough.

@@ -41,7 +41,8 @@ void FrameAssembler::ExtractComplete(std::vector<TrackFrame>* frames) {
 
 namespace {
 
-// Adds its lifetime to a stage; does nothing if `times` is null.
+// Adds the thread's processor time during its lifetime to a stage; does nothing
+// if `times` is null.
 class StageTimer {
  public:
   StageTimer(StageTimes* times, int64_t StageTimes::*stage)
@@ -289,7 +290,7 @@ void Tracker::Assign(size_t view_idx, size_t observation_idx, size_t target,
   matches_[view_idx][target] = static_cast<int>(observation_idx);
   if (!cross_view_ || !options_.reconstruction.incremental) return;
   // The expected pose now includes the view that was just matched.
-  evidence_.Look(evidence_.YoungViews(track.memory, time), track.expected);
+  evidence_.TryUpdate(evidence_.YoungViews(track.memory, time), track.expected);
   track.expected = evidence_.reconstruction().pose;
   targets_[target].expected_age_frames = 0.0;
 }

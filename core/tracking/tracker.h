@@ -1,8 +1,8 @@
-// The front end of Chu et al. (2021): runs the stages of a frame in order,
-// whose mathematics is in other files: 2D-3D association view by view (Eq. 1),
-// joints filter and DLT for each track (Eq. 2 and 3), new people from the
-// unmatched detections (Algorithm 2). Graph mode's additions to association are
-// a policy (association_policy.h).
+// The front end of Chu et al. (2021; "the paper"): runs the stages of a frame
+// in order: 2D-3D association view by view (Eq. 1), joints filter and DLT for
+// each track (Eq. 2 and 3), new people from the unmatched detections (Algorithm
+// 2). Their mathematics is in other files. Graph mode's additions to
+// association are a policy (association_policy.h).
 #ifndef KINEGRAPH_CORE_TRACKING_TRACKER_H_
 #define KINEGRAPH_CORE_TRACKING_TRACKER_H_
 
@@ -148,7 +148,7 @@ class Tracker {
                                            // [track][observation]
   Pose3d predicted_;
   std::vector<NewPerson> new_people_;
-  std::vector<NewPerson> slight_people_;  // with fewer joints
+  std::vector<NewPerson> slight_people_;  // with fewer joints than new_people_
   std::vector<FinalPose> finals_;
 
   const AssociationState state_;  // refers to the members above

@@ -119,6 +119,7 @@ void BoneSolver::AddCouplings(const PersonProblem& problem,
     const LossValue loss = robustness.Evaluate(at.squared_norm());
     system->cost += 0.5 * robustness.information * loss.rho;
     const double weight = robustness.information * loss.first;
+    // Includes the second derivative of a stretched bone (Swing, factors.h).
     const double swing = factor.Swing(at.residual[0]);
     const double resistance = swing * factor.per_sigma * factor.per_sigma;
     const auto information = [&](int i, int row, int j, int column) {
@@ -244,7 +245,7 @@ void BoneSolver::LeapAhead(const PersonProblem& problem,
 
 bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
                           double step_tolerance_m, SolveReport* report) {
-  constexpr double kFarM = 1e-3;
+  constexpr double kFarM = 1e-3;  // a longer step is far from the minimum
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
   // Levenberg-Marquardt; no damping while steps lower the cost.
   double damping = 0.0;

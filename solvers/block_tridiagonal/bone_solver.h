@@ -12,8 +12,8 @@ namespace kinegraph {
 
 // ChainSolver for problems with bones: each linear system is solved by
 // conjugate gradients, preconditioned with the joints' chains, which bones
-// couple only weakly. Joints lie in lanes. Reuses its work space between calls;
-// not thread-safe.
+// couple only weakly. One joint per SIMD lane. Reuses its work space between
+// calls; not thread-safe.
 class BoneSolver {
  public:
   // Starts at the joints' states. Keeps the gating of measurements, unless a

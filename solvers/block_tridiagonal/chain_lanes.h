@@ -1,4 +1,5 @@
-// Chains of joints in lanes: inputs and outputs of the kernels as plain arrays.
+// Chains of joints, one joint per SIMD lane: inputs and outputs of the kernels
+// as plain arrays.
 //
 // An array consists of rows of `lanes` numbers, one per joint; `lanes` is a
 // multiple of kLaneMultiple, and lanes without a joint are filled as for a
@@ -66,7 +67,8 @@ struct LaneSystemRows {
   double* diagonal = nullptr;  // [frames][21][lanes], as LaneBlock
   double* gradient = nullptr;  // [frames][6][lanes]
   double* cost = nullptr;      // [lanes]
-  double* valid = nullptr;     // [lanes] 1: all that count have an image
+  double* valid = nullptr;     // [lanes] 1: all measurements that count have
+                               // an image, else 0
 };
 
 // The off-diagonal information of a factor on the positions of two joints in
@@ -127,7 +129,8 @@ struct LaneKernels {
 extern const LaneKernels kLaneKernelsAvx2;
 extern const LaneKernels kLaneKernelsAvx512;
 
-// The kernels of the widest set that may be used (core/base/instruction_set.h).
+// The kernels of the widest instruction set that may be used
+// (core/base/instruction_set.h).
 const LaneKernels& CurrentLaneKernels();
 
 }  // namespace kinegraph

@@ -1,5 +1,5 @@
 // Damped Gauss-Newton over the chains of joints by block-tridiagonal sweeps,
-// one joint per lane.
+// one joint per SIMD lane.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_SOLVER_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_SOLVER_H_
 
@@ -51,8 +51,8 @@ class LaneProblem {
   std::vector<std::array<double, 4>> centres_;
   std::vector<int> first_view_;
   std::vector<LaneFrameView> views_;
-  // A view slot of the current frame: one of the slot's measurements, and the
-  // view's index in views_.
+  // A view slot (PixelMeasurement::view_slot) of the current frame: one of the
+  // slot's measurements, and the view's index in views_.
   struct Slot {
     const PixelMeasurement* measurement = nullptr;
     size_t view = 0;

@@ -3,9 +3,9 @@
 // instruction set each, so it must not use Eigen.
 //
 // H = M + C, with M the chains and C the couplings. The next direction of
-// conjugate gradients is z + turn * d, with M z = r and d the previous
-// direction. M times the next direction is therefore r + turn * (M d): no
-// product with M is needed.
+// conjugate gradients is z + turn * d, with M z = r, d the previous direction
+// and turn the ratio of r'z to its previous value. M times the next direction
+// is therefore r + turn * (M d): no product with M is needed.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 

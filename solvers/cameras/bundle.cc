@@ -27,9 +27,9 @@ double PxPerMetre(const Camera& camera, const MotionSegment& segment) {
          std::max(kLeastDepthM, camera.Depth(PositionOf(segment)));
 }
 
-// r = (project(changed camera, point at capture) + offset - u) / sigma [2].
-// Blocks: the segment's state [9], the camera's change [13] and the detector's
-// constant offset [2, m perpendicular to the ray].
+// r = (project(changed camera, point at capture) + PxPerMetre * offset - u) /
+// sigma [2]. Blocks: the segment's state [9], the camera's change [13] and the
+// detector's constant offset [2, m perpendicular to the ray].
 class SegmentFactor final
     : public ceres::SizedCostFunction<2, kSegmentSize, kChangeSize, 2> {
  public:
@@ -90,7 +90,7 @@ ceres::CostFunction* ZeroPrior(const Eigen::VectorXd& inverse_sigma) {
 
 // Rows of the gauge, to be multiplied by the stacked changes of all cameras:
 // they keep the mean rotation and the mean translation (in the world) zero, and
-// the mean distance of the cameras from their centroid constant.
+// the root mean square distance of the cameras from their centroid constant.
 Eigen::MatrixXd GaugeRows(const CameraRig& cameras,
                           const std::vector<char>& moves) {
   const auto views = static_cast<Eigen::Index>(cameras.size());
@@ -146,8 +146,8 @@ class GaugeFactor final : public ceres::CostFunction {
   Eigen::MatrixXd rows_;
 };
 
-// 0.01 mm and 0.01 mrad: far below the accuracy of any recording, far above
-// rounding errors.
+// 0.01 mm, 0.01 mrad and a relative change of scale of 1e-5: far below the
+// accuracy of any recording, far above rounding errors.
 constexpr double kGaugeSigma = 1e-5;
 
 CameraChange InverseSigmas(const BundleOptions& options) {
@@ -309,10 +309,10 @@ class BundleProblem {
       }
       problem_.SetManifold(changes_[v].data(),
                            new ceres::SubsetManifold(kChangeSize, constant));
-      CameraChange told = CameraChange::Zero();
-      if (!options.focal_prior.empty()) told[kFocalAt] = options.focal_prior[v];
+      CameraChange mean = CameraChange::Zero();
+      if (!options.focal_prior.empty()) mean[kFocalAt] = options.focal_prior[v];
       problem_.AddResidualBlock(
-          new ceres::NormalPrior(inverse.asDiagonal(), told), nullptr,
+          new ceres::NormalPrior(inverse.asDiagonal(), mean), nullptr,
           changes_[v].data());
     }
   }

@@ -58,7 +58,7 @@ struct BundleOptions {
 };
 
 struct BundleResult {
-  bool usable = false;
+  bool usable = false;  // false: no segments, or the solver failed
   std::vector<CameraChange> changes;  // one per view
   // Covariance of the free parameters, view by view in the order of
   // FreeParameters::Places, including the effect of persistent errors
@@ -74,9 +74,10 @@ struct BundleResult {
 };
 
 // Estimates the free parameters of every view with a true entry in `moves`
-// (empty: all). If all centres are free, the cameras' mean rotation, mean
-// translation and mean distance from their centroid are kept; if clocks are
-// free, the first view's clock is the reference.
+// (empty: all), starting from `start`. If all centres are free, the cameras'
+// mean rotation, mean translation and root mean square distance from their
+// centroid are kept; if clocks are free, the first view's clock is the
+// reference.
 BundleResult AdjustBundle(const CameraRig& cameras,
                           const SceneSegments& segments,
                           const FreeParameters& free,

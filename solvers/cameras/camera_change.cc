@@ -27,7 +27,8 @@ Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& vector) {
          (angle - std::sin(angle)) / (square * angle) * cross * cross;
 }
 
-// FirstRadialFactor for k2: r^4, or a^5 / r for a fisheye lens.
+// FirstRadialFactor for k2: r^4, or a^5 / r for a fisheye lens, with r the
+// distance from the optical axis in normalised coordinates and a = atan(r).
 double SecondRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
                           Eigen::Matrix2d* jacobian) {
   const double first = FirstRadialFactor(lens, ideal, jacobian);

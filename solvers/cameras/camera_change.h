@@ -18,7 +18,8 @@ inline constexpr int kCentreAt = 3;    // 3 [m], in the world
 inline constexpr int kShiftAt = 6;     // 2 [px], in the image
 inline constexpr int kFocalAt = 8;     // 1, logarithm of the factor
 inline constexpr int kOffsetAt = 9;    // 1 [s], added to the capture time
-inline constexpr int kDriftAt = 10;    // 1 [s/s], zero at the middle
+inline constexpr int kDriftAt = 10;    // 1 [s/s], times the time since the
+                                       // middle of the recording
 inline constexpr int kLensAt = 11;     // 1, added to the lens's k1
 inline constexpr int kLensK2At = 12;   // 1, added to the lens's k2
 inline constexpr int kChangeSize = 13;

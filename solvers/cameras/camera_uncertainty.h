@@ -41,11 +41,14 @@ class CameraUncertainty {
  private:
   using Sensitivity = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-  // dx/dc of a joint; nullopt if fewer than two views observe it.
+  // dx/dc of a joint; nullopt if fewer than two views observe it. `since_s`:
+  // time of the frame since clock_zero_s_.
   std::optional<Sensitivity> Of(const DetectionFrame& seen,
                                 const PersonPose& person, size_t joint,
                                 const Eigen::Vector3d& velocity_mps,
                                 double since_s) const;
+  // Mean velocity since the person's previous frame, `passed_s` ago; zero if
+  // that frame lacks the person or the joint.
   Eigen::Vector3d VelocityOf(const PersonPose& person, size_t joint,
                              double passed_s) const;
   void AddToPerson(const DetectionFrame& seen, double passed_s, double since_s,

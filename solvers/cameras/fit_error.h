@@ -25,6 +25,7 @@ struct FitError {
   // its depth, summed by view; and the number of segments by view.
   Eigen::ArrayXd lasting_m;
   Eigen::ArrayXd segments;
+  // Means over segments and over measurements; 0 without any.
   double LastingM(size_t view) const;
   double MeanPx(int view = -1) const;  // -1: all views
 };
@@ -33,6 +34,7 @@ struct FitError {
 // no column.
 std::map<int64_t, Eigen::Index> FilledBins(const SceneSegments& segments);
 
+// The errors of the cameras after `changes`; each segment is solved with these.
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,
                     const SegmentOptions& options);
@@ -56,6 +58,7 @@ struct FitGain {
   // Whether the interval excludes zero, i.e. the cameras after the change
   // explain the recording better.
   bool certain() const { return low_px > 0.0; }
+  // The fraction of the mean error that is removed.
   double share() const {
     return before_px > 0.0 ? 1.0 - after_px / before_px : 0.0;
   }
@@ -67,8 +70,9 @@ struct FitGain {
 FitGain CompareFits(const FitError& before, const FitError& after,
                     int view = -1);
 
-// Cross-validated gain of a fit of some parameters (AdjustBundle): each half of
-// the segments is fitted and the other one measured, and both are pooled.
+// Cross-validated gain of a fit of some parameters (AdjustBundle): cameras are
+// fitted to each half of the segments and measured on the other half, and the
+// errors of both halves are pooled.
 struct CrossedGain {
   FitGain all;
   std::vector<FitGain> views;

@@ -24,15 +24,15 @@ std::vector<SplitSegment> SplitBy(const SceneSegments& segments, int view) {
     one.others = segment;
     std::vector<SegmentMeasurement>& others = one.others.measurements;
     others.clear();
-    int first_view = -1;
+    int previous_view = -1;
     bool by_two = false;
     for (const SegmentMeasurement& measurement : segment.measurements) {
       if (measurement.view_idx == view) {
         one.left_out.push_back(measurement);
         continue;
       }
-      by_two |= first_view >= 0 && first_view != measurement.view_idx;
-      first_view = measurement.view_idx;
+      by_two |= previous_view >= 0 && previous_view != measurement.view_idx;
+      previous_view = measurement.view_idx;
       others.push_back(measurement);
     }
     if (by_two) split.push_back(std::move(one));

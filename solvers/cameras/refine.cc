@@ -141,12 +141,13 @@ double SamplesAtOnce(const SceneSegments& segments) {
                           : samples / static_cast<double>(distinct.size());
 }
 
-// Segments long enough at low frame rates: a velocity needs three frames.
+// Segments long enough at low frame rates: a velocity needs three frames, which
+// span two frame intervals, here with a tenth to spare.
 SegmentOptions OfThreeFrames(SegmentOptions options,
                              const DetectionSequence& detections) {
-  constexpr double kFrames = 2.2;
-  options.span_s =
-      std::max(options.span_s, kFrames * ToSeconds(BeatOf(detections)));
+  constexpr double kIntervals = 2.2;
+  options.span_s = std::max(
+      options.span_s, kIntervals * ToSeconds(FrameIntervalOf(detections)));
   return options;
 }
 
@@ -302,8 +303,8 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
   const TimeNs first = frames.front().time;
   const TimeNs last = frames.back().time;
   const TimeNs middle = first + (last - first) / 2;
-  const auto beats = static_cast<TimeNs>(frames.size()) - 1;
-  const TimeNs beat = beats > 0 ? (last - first) / beats : 0;
+  const auto intervals = static_cast<TimeNs>(frames.size()) - 1;
+  const TimeNs interval = intervals > 0 ? (last - first) / intervals : 0;
   for (size_t v = 0; v < changes.size(); ++v) {
     const double offset_s = changes[v][kOffsetAt];
     const double drift = changes[v][kDriftAt];
@@ -312,7 +313,8 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
       frame.views[v].detections.clear();
       frame.views[v].capture_time = frame.time;
     }
-    std::vector<TimeNs> nearest(frames.size(), beat + 1);
+    // The least distance so far of a capture from each frame.
+    std::vector<TimeNs> nearest(frames.size(), interval + 1);
     for (const DetectionFrame& frame : frames) {
       const ViewDetections& recorded = frame.views[v];
       const TimeNs capture =

@@ -28,7 +28,7 @@ double UsualClock(const std::vector<CameraChange>& changes, int place);
 // Whether the view's offset or drift (`place`; drift times `span_s`) deviates
 // from the median, in either direction, by more than four standard deviations
 // and more than 0.15 frames, but by less than motion segments can determine
-// (kFarthestClockS). `fit`: with free clocks; without, the result is false.
+// (kFarthestClockS). False if `fit` did not estimate this parameter.
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s);
 

@@ -57,19 +57,22 @@ std::vector<SeenFrame> FramesOf(const FrozenPerson& person,
   return frames;
 }
 
-// A run of frames that forms a segment: at most `span` long, without gaps.
+// A run of frames of a person, begin .. end - 1, from which the segments of
+// joints are made.
 struct Run {
   size_t person = 0;
   size_t begin = 0;
   size_t end = 0;
 };
 
+// Splits a person's frames into runs that are at most `span` long and have no
+// gap of two frame intervals or more.
 std::vector<Run> RunsOf(size_t person, const std::vector<SeenFrame>& frames,
-                        TimeNs beat, TimeNs span) {
+                        TimeNs interval, TimeNs span) {
   std::vector<Run> runs;
   for (size_t k = 0; k < frames.size(); ++k) {
     const bool joins = !runs.empty() &&
-                       frames[k].time - frames[k - 1].time < 2 * beat &&
+                       frames[k].time - frames[k - 1].time < 2 * interval &&
                        frames[k].time - frames[runs.back().begin].time <= span;
     if (!joins) runs.push_back({person, k, k});
     runs.back().end = k + 1;
@@ -77,6 +80,7 @@ std::vector<Run> RunsOf(size_t person, const std::vector<SeenFrame>& frames,
   return runs;
 }
 
+// Standard deviation of a detected joint [px] (SegmentOptions::sigma_px).
 double JointSigma(const SegmentOptions& options, const Keypoint& joint,
                   const Camera& camera, double depth_m) {
   constexpr double kReferencePxPerMetre = 1000.0 / 4.0;
@@ -126,9 +130,11 @@ double TaperAt(double share) {
 }
 constexpr double kLeastTaper = 0.1;
 
+// False if the joint cannot be triangulated or fewer than two views saw it.
 bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
-                 const Run& run, int joint, TimeNs take_middle, TimeNs beat,
-                 const SegmentOptions& options, MotionSegment* segment) {
+                 const Run& run, int joint, TimeNs recording_middle,
+                 TimeNs interval, const SegmentOptions& options,
+                 MotionSegment* segment) {
   const auto start =
       StartOf(cameras, frames, run, joint, options.min_confidence);
   if (!start.has_value()) return false;
@@ -136,12 +142,12 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
                         (frames[run.end - 1].time - frames[run.begin].time) / 2;
   segment->person = static_cast<int>(run.person);
   segment->joint = joint;
-  segment->middle_s = ToSeconds(middle - take_middle);
+  segment->middle_s = ToSeconds(middle - recording_middle);
   segment->state.setZero();
   segment->state.head<3>() = *start;
   std::vector<char> seen(cameras.size(), 0);
-  const double reach_s =
-      0.5 * ToSeconds(frames[run.end - 1].time - frames[run.begin].time + beat);
+  const double reach_s = 0.5 * ToSeconds(frames[run.end - 1].time -
+                                         frames[run.begin].time + interval);
   for (size_t k = run.begin; k < run.end; ++k) {
     for (const auto& [view, detection, capture_time] : frames[k].views) {
       const Keypoint& point = detection->joints[joint];
@@ -434,7 +440,7 @@ DetectionSequence WithUsualConfidences(DetectionSequence detections) {
   return detections;
 }
 
-TimeNs BeatOf(const DetectionSequence& detections) {
+TimeNs FrameIntervalOf(const DetectionSequence& detections) {
   std::vector<double> gaps;
   for (size_t k = 1; k < detections.frames.size(); ++k) {
     gaps.push_back(static_cast<double>(detections.frames[k].time -
@@ -455,15 +461,15 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   const TimeNs first = detections.frames.front().time;
   const TimeNs last = detections.frames.back().time;
   result.span_s = ToSeconds(last - first);
-  const TimeNs take_middle = first + (last - first) / 2;
-  const TimeNs beat = BeatOf(detections);
-  result.frame_s = ToSeconds(beat);
+  const TimeNs recording_middle = first + (last - first) / 2;
+  const TimeNs interval = FrameIntervalOf(detections);
+  result.frame_s = ToSeconds(interval);
   const TimeNs span = FromSeconds(options.span_s);
   std::vector<std::vector<SeenFrame>> people;
   std::vector<Run> runs;
   for (size_t p = 0; p < matches.people.size(); ++p) {
     people.push_back(FramesOf(matches.people[p], detections));
-    for (const Run& run : RunsOf(p, people.back(), beat, span)) {
+    for (const Run& run : RunsOf(p, people.back(), interval, span)) {
       runs.push_back(run);
     }
   }
@@ -483,12 +489,12 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   for (double at = 0.0; at < all; at += step) {
     const auto index = static_cast<size_t>(at);
     const Run& run = runs[index / joints.size()];
-    // The stride varies the joints from run to run.
+    // The shift by 3 per run varies the joints from run to run.
     const int joint =
         joints[(index * 7 + index / joints.size() * 3) % joints.size()];
     MotionSegment segment;
-    if (!MakeSegment(cameras, people[run.person], run, joint, take_middle, beat,
-                     options, &segment) ||
+    if (!MakeSegment(cameras, people[run.person], run, joint, recording_middle,
+                     interval, options, &segment) ||
         !SolveSegment(cameras, no_change, segment, 1.0, options,
                       &segment.state)) {
       continue;

@@ -54,7 +54,7 @@ struct MotionSegment {
 };
 
 struct SegmentOptions {
-  double span_s = 0.2;      // length of a segment; at least one frame
+  double span_s = 0.2;      // longest segment; at least one frame
   int max_segments = 1500;  // spread evenly over the recording
   double sigma_px = 6.0;    // at 1000 px of focal length and 4 m
   double min_sigma_px = 1.0;
@@ -91,7 +91,7 @@ DetectionSequence WithUsualConfidences(DetectionSequence detections);
 const Detection* FindDetection(const ViewDetections& view, int index_in_file);
 
 // Median interval between frames; 1 s for fewer than two frames.
-TimeNs BeatOf(const DetectionSequence& detections);
+TimeNs FrameIntervalOf(const DetectionSequence& detections);
 
 // Segments of the people in `matches`. `cameras`: one per view of the
 // detections. A segment is of one joint that at least two views saw and that
@@ -139,7 +139,8 @@ bool SolveSegment(const CameraRig& cameras,
                   const MotionSegment& segment, double noise_scale,
                   const SegmentOptions& options, SegmentState* state);
 
-// Prior information about velocity and acceleration.
+// Diagonal of the prior information about velocity [s^2/m^2] and acceleration
+// [s^4/m^2]; zero for the position.
 SegmentState PriorInformation(const SegmentOptions& options);
 
 // 3D position [m] of `segment` at its middle.

@@ -33,6 +33,8 @@ std::optional<Vector3d> LookedAt(const CameraRig& cameras) {
   return Vector3d(information.inverse() * pull);
 }
 
+// The point that the cameras `after` triangulate from the pixels at which the
+// cameras `before` see `point_m`; nullopt if there is none.
 std::optional<Vector3d> SeenBy(const CameraRig& before, const CameraRig& after,
                                const Vector3d& point_m) {
   std::vector<PointMeasurement> measurements;

@@ -87,7 +87,7 @@ TEST(HungarianTest, EqualsBruteForceOnRandomRectangles) {
   }
 }
 
-TEST(HungarianTest, SmallAndDegenerateProblems) {
+TEST(HungarianTest, SolvesSmallAndEmptyProblemsAndRejectsInvalidCosts) {
   HungarianSolver solver;
   std::vector<int> result = {5};
   // The diagonal costs 1 + 3 = 4; crossing costs 2 + 0 = 2.
@@ -106,7 +106,7 @@ TEST(HungarianTest, SmallAndDegenerateProblems) {
   }
 }
 
-TEST(HungarianTest, LargeProblemMeetsItsDualBound) {
+TEST(HungarianTest, FindsTheKnownOptimumOfALargeProblem) {
   // c_ij = u_i + v_j + slack, slack 0 on one permutation, which is the optimum:
   // the reduced costs of this dual are not negative.
   constexpr int kSize = 120;

@@ -121,7 +121,7 @@ TEST_F(ViewMatcherTest, AssignsDetectionsToPeople) {
   // A recent track has precedence over a stale one.
   EXPECT_EQ(Match({{&left_, 4.0}, {&left_, 1.0}}, {left_}),
             (std::vector<int>{-1, 0}));
-  // At an age of ten frames the factor e^-30 = 1e-13 must not be rounded to
+  // At an age of ten frames the factor e^-30 = 1e-13 must not be treated as
   // zero.
   EXPECT_EQ(Match({{&left_, 10.0}}, {left_}), (std::vector<int>{0}));
   EXPECT_LT(matcher_.affinities()[0], 1e-12);

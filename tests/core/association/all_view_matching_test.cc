@@ -137,7 +137,7 @@ TEST_F(AllViewMatcherTest, BarredPairsDoNotMatch) {
   EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), (Matches{{0}, {0}, {-1}, {0}}));
 }
 
-TEST_F(AllViewMatcherTest, NoDetectionsOrNoPeople) {
+TEST_F(AllViewMatcherTest, NothingMatchesWithoutDetectionsOrPeople) {
   See({});
   EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), Matches(4, {-1}));
   See({Box(0.0, 0.0)});

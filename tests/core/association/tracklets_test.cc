@@ -24,7 +24,7 @@ class TrackletsTest : public ::testing::Test {
     ++frame_;
   }
 
-  // Ten frames, 0.36 s, of two people assigned to tracks 1 and 2.
+  // Ten frames of two people matched with tracks 1 and 2: 0.36 s at 25 Hz.
   void SeeTwo(double one_m, double other_m) {
     for (int k = 0; k < 10; ++k) {
       See({one_m, other_m});
@@ -66,7 +66,7 @@ TEST_F(TrackletsTest, OwnershipSurvivesALowRate) {
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(2));
   See({0.8});
-  See({-0.8, 0.8});  // two frames later
+  See({-0.8, 0.8});  // 0.5 s after it was seen: more than 1.5 intervals
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
@@ -80,7 +80,7 @@ TEST_F(TrackletsTest, OwnershipRequiresMinimumDuration) {
   See({0.0});
   tracklets_.Claim(0, TrackId(1));
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
-  // The next track matched with it starts anew.
+  // A second track that is matched with the tracklet must wait 0.2 s, too.
   tracklets_.Claim(0, TrackId(2));
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }

@@ -34,10 +34,10 @@ IdentityEdit Edit(EditOp op, std::vector<int64_t> persons,
 
 using Who = std::vector<int64_t>;
 
-// Identities in some frames after an edit.
+// A valid edit and the identities that some frames have after it.
 struct Right {
   IdentityEdit edit;
-  std::map<size_t, Who> in;
+  std::map<size_t, Who> in;  // by frame
 };
 
 TEST(ApplyEditTest, AppliesToBothEndsOfTheSpan) {
@@ -106,6 +106,7 @@ TEST(NamesAfterTest, JoinsCarryNamesOver) {
   EXPECT_EQ(NamesAfter({anna, ben}), (PersonNames{{TrackId(7), "Bert"}}));
 }
 
+// An invalid edit and a part of the reason that is reported.
 struct Wrong {
   IdentityEdit edit;
   std::string message;

@@ -125,9 +125,9 @@ TEST(BoneModelTest, InferredJointsDoNotCount) {
   }
 }
 
-// A space of 25 m^2.
+// Motion in an occupied space of 10 m x 2.5 m.
 IdentityMotion Box() {
-  std::vector<Tracklet> corners(1);  // half a metre inside
+  std::vector<Tracklet> corners(1);  // half a metre inside the space
   for (const double x_m : {-4.5, 4.5}) {
     for (const double y_m : {-0.75, 0.75}) {
       corners[0].frames.emplace_back().centre_m = {x_m, y_m, 1.0};
@@ -180,11 +180,12 @@ TEST(MotionModelTest, AStateThatIsNotLaterCountsAsTheNextFrame) {
 
 TEST(MotionModelTest, StandingPeopleKeepHeading) {
   const IdentityMotion model = Box();
-  const auto ratio = [&](double gap_s, double turned, double vx_mps) {
+  const auto ratio = [&](double gap_s, double turned_rad, double vx_mps) {
     MotionState from = State(0.0, 0.0, 0.0);
     MotionState to = State(gap_s, 0.0, vx_mps);
     from.across_m = {0.0, 0.4, 0.0};
-    to.across_m = {-0.4 * std::sin(turned), 0.4 * std::cos(turned), 0.0};
+    to.across_m = {-0.4 * std::sin(turned_rad), 0.4 * std::cos(turned_rad),
+                   0.0};
     return model.LogRatio(from, to, 0.04);
   };
   const double unknown =

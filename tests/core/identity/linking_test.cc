@@ -190,25 +190,26 @@ CrowdMaker FoundAgainOnSomebodyElse(int64_t first, int64_t lost,
   return crowd;
 }
 
-void ExpectBothToBeThemselves(const Linked& linked) {
+void ExpectIdentitiesToBeRestored(const Linked& linked) {
   EXPECT_EQ(linked.Of(EditOp::kCut).size(), 1u);
   EXPECT_EQ(linked.Of(EditOp::kJoin).size(), 2u);
   const std::vector<PersonPose>& people = linked.frames[390].people;
   ASSERT_EQ(people.size(), 4u);
   EXPECT_EQ(people[0].id, TrackId(0));
+  // Hips are compared; the two people stand 0.8 m apart.
   EXPECT_NEAR(people[0].joints[11].position_m.x(), 0.0, 0.3);
   EXPECT_EQ(people[1].id, TrackId(1));
   EXPECT_NEAR(people[1].joints[11].position_m.x(), 0.8, 0.3);
 }
 
 TEST(LinkingTest, TrackRecoveredOnAnotherPersonIsCut) {
-  ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(0, 100, 140)));
+  ExpectIdentitiesToBeRestored(Link(FoundAgainOnSomebodyElse(0, 100, 140)));
 }
 
 TEST(LinkingTest, TrackObservedAloneForASecondIsCut) {
   // The tall person is lost next to the track soon after the track began; then
   // the track is alone for 1.6 s.
-  ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(100, 116, 156)));
+  ExpectIdentitiesToBeRestored(Link(FoundAgainOnSomebodyElse(100, 116, 156)));
 }
 
 TEST(LinkingTest, HopSoonAfterTheBeginningIsCut) {
@@ -308,7 +309,8 @@ TEST(LinkingTest, PeopleOfEqualSizeAreDistinguishedByMotion) {
 }
 
 TEST(LinkingTest, PossibleExchangeStaysUndecided) {
-  // As above, but half a metre apart and unobserved for six seconds.
+  // Two people of equal size stand half a metre apart and are both unobserved
+  // for six seconds.
   CrowdMaker crowd(500);
   crowd.Add({0, 0, 99, {-0.25, 0.0}, {0.0, 0.0}, 1.0})
       .Add({1, 0, 99, {0.25, 0.0}, {0.0, 0.0}, 1.0})
@@ -393,7 +395,8 @@ TEST(LinkingTest, KnownNumberOfPeopleForcesJoins) {
   }
 }
 
-// Two people absent for a second; entries are where both vanish, or far away.
+// Two people are absent for a second. The entry is either far away or contains
+// the positions at which both vanish and appear.
 TEST(LinkingTest, PeopleWhoVanishAwayFromEntriesAreHidden) {
   LinkOptions options;
   options.entries = {50.0, 50.0, 1.0, 1.0};
@@ -408,7 +411,7 @@ TEST(LinkingTest, PeopleWhoVanishAwayFromEntriesAreHidden) {
               1e-9);
 }
 
-TEST(LinkingTest, EntriesAreSpheres) {
+TEST(LinkingTest, EntriesThatAreNotSpheresAreRejected) {
   LinkOptions options;
   options.entries = {1.0, 2.0, 3.0};
   EXPECT_THROW(CheckLinkOptions(options), OptionError);
@@ -446,7 +449,7 @@ std::vector<TrackFrame> AnyTracks(uint64_t seed) {
   return crowd.frames();
 }
 
-TEST(LinkingTest, DecisionsAreConsistent) {
+TEST(LinkingTest, EditsOfRandomTracksApplyAndKeepIdentitiesUnique) {
   int changed = 0;
   for (uint64_t seed = 1; seed <= 300; ++seed) {
     std::vector<TrackFrame> frames = AnyTracks(seed);

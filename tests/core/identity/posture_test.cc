@@ -61,6 +61,7 @@ TEST(PostureTest, EvidenceDecaysWithTime) {
   EXPECT_LT(model.LogRatio(here, other, 0.2), -1.0);
   EXPECT_LT(model.LogRatio(here, own, 2.0), model.LogRatio(here, own, 0.2));
   EXPECT_GT(model.LogRatio(here, other, 2.0), model.LogRatio(here, other, 0.2));
+  // After a minute the share of people who continue is 0.9 e^-20 = 2e-9.
   EXPECT_NEAR(model.LogRatio(here, other, 60.0), 0.0, 1e-6);
 }
 

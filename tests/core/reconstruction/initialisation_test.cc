@@ -114,7 +114,7 @@ TEST_F(InitialisationTest, RequiresEnoughCommonJoints) {
 TEST_F(InitialisationTest, ANewPersonNeedsEnoughTriangulatedJoints) {
   auto unmatched = See({ann_});
   // The authors' code drops a group when any of 17 joints has fewer than two
-  // views: one hidden ear in all but one view.
+  // views: here an ear is hidden in all but one view.
   for (int v = 1; v < 4; ++v) seen_[v].joints[3].found = false;
   EXPECT_TRUE(Run(AuthorsCode(), unmatched).empty());
   EXPECT_EQ(Run(InitialisationOptions(), unmatched).size(), 1u);
@@ -137,7 +137,7 @@ class WeightedDistanceTest : public InitialisationTest {
                            Coco17().association_joints()};
 };
 
-TEST_F(WeightedDistanceTest, GainIsTheMeanCostOverTheGroup) {
+TEST_F(WeightedDistanceTest, GainIsMinusTheMeanCostOverTheGroup) {
   See({ann_});
   for (Eigen::Vector2d& px : seen_[2].ideal_px) px += Eigen::Vector2d(8, 25);
   for (Keypoint& joint : seen_[0].joints) joint.confidence = 0.6;

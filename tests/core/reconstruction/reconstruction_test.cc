@@ -122,8 +122,8 @@ TEST_F(ReconstructionTest, SixLostJointsOfSeventeenFailFiveDoNot) {
   EXPECT_EQ(out_.seen_joints, 17);
 }
 
-// If two views measure different joints, they contradict each other in none of
-// these. Lost rule: kContradicted.
+// Joints that only one of two views measures are no contradictions
+// (LostRule::kContradicted, the default).
 TEST_F(ReconstructionTest, JointsOfOneViewDoNotFailTheUpdate) {
   for (int j = 0; j < 12; ++j) SeenBy(j, {j % 2});
   EXPECT_TRUE(Update({0, 0}));

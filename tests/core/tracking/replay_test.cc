@@ -66,11 +66,11 @@ FrozenRecording Freeze(const EstimatorOptions& estimators,
     }
   }
   MatchFreezer freezer;
-  EstimatorPair listened = frozen.estimators;
-  (listened.output ? listened.output : listened.feedback) =
+  EstimatorPair wrapped = frozen.estimators;
+  (wrapped.output ? wrapped.output : wrapped.feedback) =
       freezer.Wrap(frozen.written());
   Tracker tracker(frozen.scene, frozen.detections.header.skeleton, tracking,
-                  listened.feedback, listened.output);
+                  wrapped.feedback, wrapped.output);
   for (const DetectionFrame& frame : frozen.detections.frames) {
     tracker.Process(frame, &frozen.frames);
   }
@@ -158,7 +158,7 @@ TEST(Replay, ReproducesTheRun) {
       options.reconstruction.lambda_t_per_frame = 0.1;  // older joints count
     }
     const FrozenRecording frozen = Freeze(test.estimators, options);
-    // Independent of the number of threads.
+    // With three threads, because the result must not depend on their number.
     ExpectEqual(frozen.frames, ReplayAll(frozen.replay(), -1, frozen.written(),
                                          /*threads=*/3));
   }

@@ -75,7 +75,7 @@ TEST(TrackLifeTest, RareDetectorFramesConfirmByRepresentedTime) {
   EXPECT_EQ(life.state(), TrackState::kTentative);
   life.Step(12 * kFrame, true, true, 6.0);
   EXPECT_EQ(life.state(), TrackState::kConfirmed);
-  // A single frame with detections never suffices, whatever number of frames it
+  // The birth alone does not suffice, whatever number of frames a failed update
   // represents.
   TrackLife once = Born();
   EXPECT_EQ(once.state(), TrackState::kTentative);
@@ -113,9 +113,10 @@ TEST(LifeInFramesTest, SecondsScaleWithTheRateAndPaperModeCountsFrames) {
   }
 }
 
-// Steps a WriteGate through the life of a track: 'u' is an update, 'm' a match
-// without update, '.' neither. Returns what is written: 'w', '-', or '?' while
-// undecided.
+// Steps a WriteGate through the life of a track, from its birth: 'u' is an
+// update, 'm' a match without update, '.' neither. Returns for each frame,
+// birth included, whether it is written ('w'), not written ('-') or undecided
+// ('?').
 std::string Write(const TrackLifeOptions& options, const std::string& story) {
   TrackLife life(options, kClock, 0);
   WriteGate gate(options, kClock);
@@ -161,22 +162,22 @@ TEST(WriteGateTest, GapsAreBridgedUpToTheLimit) {
 }
 
 // The view and the frame of a detection.
-struct Look {
+struct Sighting {
   int view;
   int64_t frame;
 };
 
-// Index in `looks`, view and frame of each entry of a memory that has stored
-// `looks`.
+// Index in `stored`, view and frame of each entry of a memory in which `stored`
+// were stored in order.
 using Entries = std::vector<std::array<int64_t, 3>>;
-Entries Remembered(int depth, const std::vector<Look>& looks) {
+Entries Remembered(int depth, const std::vector<Sighting>& stored) {
   const CameraRig cameras = testing::RingOfCameras(3);
   ViewMemory memory(depth);
   int index = 0;
-  for (const Look& look : looks) {
+  for (const Sighting& one : stored) {
     memory.Store(testing::Observe(testing::StandingPerson(0, 0), cameras,
-                                  look.view, index++),
-                 look.frame * kFrame);
+                                  one.view, index++),
+                 one.frame * kFrame);
   }
   Entries entries;
   for (const ViewMemory::Entry& entry : memory.entries()) {

@@ -168,8 +168,9 @@ TEST_F(TrackerTest, RunnersArePredictedAhead) {
   }
 }
 
-// A hop of 0.15 m is beyond the gate of the views from the side. The other
-// views follow it; in graph mode no new person appears.
+// A displacement of 0.15 m from one frame to the next is beyond the gate of the
+// views from the side. The other views follow it; in graph mode no new person
+// appears.
 TEST_F(TrackerTest, ViewsThatLoseAPersonStartNoDuplicate) {
   for (const AssociationRules rules :
        {AssociationRules::kPaper, AssociationRules::kGraph}) {
@@ -462,8 +463,8 @@ TEST_F(TrackerTest, SecondMatchingUsesThePixelsOfTheView) {
   }
 }
 
-// After a tenth of a second without a detection the body is predicted 0.6 m
-// further on; after 0.2 s it is expected to stay.
+// A body that moves at 6 m/s is predicted 0.6 m further on after 0.1 s, and
+// 1.2 m after 0.2 s, where it is expected to stay.
 TEST_F(TrackerTest, PredictionStopsAfterTheGivenTime) {
   const auto estimator = Unsmoothed(Scene());
   const FrameClock clock(kFrameRate);
@@ -477,17 +478,18 @@ TEST_F(TrackerTest, PredictionStopsAfterTheGivenTime) {
     frame.triangulated.assign(frame.initial.size(), 1);
     estimator->Add(frame);
   }
-  for (const auto& [elapsed_s, way_m] :
+  for (const auto& [elapsed_s, moved_m] :
        {std::pair{0.1, 0.6}, {0.2, 1.2}, {0.3, 1.2}}) {
     Pose3d expected;
     ExpectBody(*estimator, estimator->LastTime() + FromSeconds(elapsed_s), 0.2,
                &expected);
     ASSERT_EQ(expected.size(), estimator->Last().size());
     for (size_t j = 0; j < expected.size(); ++j) {
-      const Eigen::Vector3d way =
+      const Eigen::Vector3d displacement_m =
           expected[j].position_m - estimator->Last()[j].position_m;
       // Times are whole nanoseconds: 6 m/s * 1 ns.
-      EXPECT_LT((way - Eigen::Vector3d(way_m, 0.0, 0.0)).norm(), 1e-8);
+      EXPECT_LT((displacement_m - Eigen::Vector3d(moved_m, 0.0, 0.0)).norm(),
+                1e-8);
     }
   }
 }

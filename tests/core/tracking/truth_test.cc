@@ -122,10 +122,10 @@ TEST(TruthTest, CorrectsKnownClockOffsets) {
   options.estimators.graph.estimate_noise_scale = false;
   options.estimators.graph.sigma_px.fill(0.5);
   options.estimators.graph.min_sigma_px = 0.5;
-  const auto rms_m = [&](double offset_s, bool told) {
+  const auto rms_m = [&](double offset_s, bool has_times) {
     NoiseOptions noise;
     noise.clock_offset_s = {offset_s, -offset_s, offset_s, -offset_s, offset_s};
-    noise.tell_times = told;
+    noise.tell_times = has_times;
     const DetectionSequence detections = Observe(scene, noise, nullptr);
     const std::vector<TrackFrame> tracks = TrackAll(scene, detections, options);
     EXPECT_EQ(tracks.size(), scene.times.size());
@@ -136,14 +136,14 @@ TEST(TruthTest, CorrectsKnownClockOffsets) {
     EXPECT_GT(errors_m.size(), 5000u);
     return RootMeanSquareOf(errors_m);
   };
-  const double without_m = rms_m(0.0, true);
-  const double told_m = rms_m(0.02, true);
-  const double untold_m = rms_m(0.02, false);
+  const double no_offset_m = rms_m(0.0, true);
+  const double with_times_m = rms_m(0.02, true);
+  const double without_times_m = rms_m(0.02, false);
   // Without capture times an offset moves each ray by 20 ms of the motion. With
   // them, only the change of velocity within 20 ms remains: a t^2 / 2 = 2 mm at
   // 10 m/s^2 for each ray, averaged over five cameras about 1 mm.
-  EXPECT_LT(told_m, without_m + 0.001);
-  EXPECT_LT(told_m, 0.5 * untold_m);
+  EXPECT_LT(with_times_m, no_offset_m + 0.001);
+  EXPECT_LT(with_times_m, 0.5 * without_times_m);
 }
 
 }  // namespace

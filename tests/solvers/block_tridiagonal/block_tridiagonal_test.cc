@@ -30,6 +30,8 @@ void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
   ExpectSameStates(ours, start, tolerance_m);
   for (size_t j = 0; j < ours.joints.size(); ++j) {
     for (size_t m = 0; m < ours.joints[j].measurements.size(); ++m) {
+      // Bounds the change of a weight over `tolerance_m`, i.e. over much less
+      // than a pixel.
       EXPECT_NEAR(ours.joints[j].measurements[m].weight,
                   start.joints[j].measurements[m].weight, 1e-5);
     }
@@ -42,7 +44,7 @@ void ExpectMinimumOfCeres(const SolveSchedule& schedule, PersonProblem start,
 }
 
 // Expects found[k] to be the block of joint `joint` in frame k of the dense
-// covariance of `joints` joints.
+// covariance of `joints` joints, up to `share` of the norm of the block.
 void ExpectBlocksOf(const Eigen::MatrixXd& dense, size_t joint, size_t joints,
                     const std::vector<Matrix6d>& found, double share) {
   ASSERT_EQ(found.size() * joints * 6, static_cast<size_t>(dense.rows()));
@@ -190,6 +192,7 @@ TEST_F(ChainSolverTest, StartsBehindACameraAreGated) {
   GateMeasurements(&chain);
   int gated = 0;
   for (const PixelMeasurement& m : chain.measurements) gated += m.gated;
+  // Camera 0 has no image of the joint in any of the ten frames.
   EXPECT_GE(gated, 10);
   ChainSolver solver;
   const SolveReport report =
@@ -290,7 +293,8 @@ TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
     const SolveSchedule schedule = Exact(loss);
     PersonProblem own = problem_;
     EXPECT_TRUE(BoneSolver().Solve(schedule, &own).finite);
-    // Three times the tolerance of the chain solver above.
+    // Three times the tolerance of
+    // ChainSolverTest.FindsTheMinimumThatCeresFinds.
     ExpectMinimumOfCeres(schedule, problem_, own, 3e-7);
   }
 }

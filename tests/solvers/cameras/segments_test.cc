@@ -599,8 +599,8 @@ TEST(HalfOf, HalvesAreEmptyWithoutSegments) {
   }
 }
 
-// Nine positions of one joint along a line, a decimetre apart, of which the
-// third and the seventh are the quartiles.
+// Nine positions of one joint along a line, 0.1 m apart, of which the third and
+// the seventh are the quartiles.
 TEST(PlacesApartTest, IsTheInterquartileRange) {
   SceneSegments scene = HandMade();
   const MotionSegment one = scene.segments.front();

@@ -143,7 +143,7 @@ TEST(Rig, KnownLensesNeedNoImageSizes) {
   const RecordingCalibration found =
       CalibrateRecording(RunOptions(), input, recording);
   ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
-  // As for the walkers above.
+  // As in RecoversCamerasClocksAndScaleFromWalkers.
   EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
 }
 
@@ -409,10 +409,10 @@ TEST(Rig, SynchronisedViewsHaveNoClocks) {
 // Walks in a circle at a constant speed, with 0.9 strides per second.
 class WalksRound : public Actor {
  public:
-  WalksRound(double radius_m, double speed_ms, const Eigen::Vector2d& centre,
+  WalksRound(double radius_m, double speed_mps, const Eigen::Vector2d& centre,
              double heading_rad, double phase_rad)
       : radius_m_(radius_m),
-        speed_ms_(speed_ms),
+        speed_mps_(speed_mps),
         centre_(centre),
         heading_rad_(heading_rad),
         phase_rad_(phase_rad) {}
@@ -455,7 +455,7 @@ class WalksRound : public Actor {
   }
 
   SegmentPose TrunkAt(double time_s) const override {
-    const double angle = heading_rad_ + speed_ms_ / radius_m_ * time_s;
+    const double angle = heading_rad_ + speed_mps_ / radius_m_ * time_s;
     const double stride = 2.0 * M_PI * 0.9 * time_s + phase_rad_;
     SegmentPose trunk;
     trunk.R = Eigen::AngleAxisd(angle, Vector3d::UnitZ());
@@ -475,7 +475,7 @@ class WalksRound : public Actor {
   using Vector3d = Eigen::Vector3d;
 
   double radius_m_;
-  double speed_ms_;
+  double speed_mps_;
   Eigen::Vector2d centre_;
   double heading_rad_;
   double phase_rad_;
@@ -493,8 +493,9 @@ Scene Rounds(std::vector<std::shared_ptr<const Actor>> people, double seconds) {
   return MakeScene(options, Coco17(), std::move(people));
 }
 
-// Some strides later, a person who walks in a circle looks like a person seen
-// from another direction; the correct lag is found nevertheless.
+// After some strides, a person who walks in a circle is in the same phase of
+// the gait but turned, as if seen from another direction; the correct lag is
+// found nevertheless.
 TEST(Rig, RecoversALateViewOfPeopleWalkingInCircles) {
   const Eigen::Vector2d aside(0.3, 0.5);
   const Scene scene =
@@ -513,8 +514,8 @@ TEST(Rig, RecoversALateViewOfPeopleWalkingInCircles) {
   }
 }
 
-// A single such person looks the same one stride and an angle of the circle
-// later, so the lag is ambiguous.
+// After each stride, a person who walks in a circle looks the same from a
+// turned direction. With a single person the lag is therefore ambiguous.
 TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
   const Scene scene =
       Rounds({std::make_shared<WalksRound>(1.0, 1.0, Eigen::Vector2d(0.3, 0.5),
@@ -526,7 +527,8 @@ TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
   EXPECT_LE(found.rig.likely_right, 0.5);
 }
 
-// A detector that runs on every second frame.
+// A detector that runs on every second frame. The two results differ only by
+// rounding.
 TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
   const Scene scene = Walkers(20.0);
   NoiseOptions noise = Noise();

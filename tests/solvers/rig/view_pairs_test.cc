@@ -66,7 +66,8 @@ void ExpectPose(const RelativePose& found, const RelativePose& truth) {
   EXPECT_LT((found.t - truth.t).norm(), kExactPose);
 }
 
-// Evidence of exact joints.
+// Evidence [s] of exact joints: the gain beyond chance times the time for which
+// people are matched.
 double EvidenceOf(int people, int frames) {
   return (1.0 - kChance) * people * frames / kMovingRateHz;
 }
