@@ -211,16 +211,16 @@ double UsualStep(const std::vector<TrackFrame>& frames) {
   return Median(std::move(steps_s));
 }
 
-struct Scale {
-  double step_s = 0.0;
+struct Sampling {
+  double step_s = 0.0;  // the usual time between two frames
   size_t frames = 0;
-  int64_t block_frames = 1;
+  int64_t block_frames = 1;  // of the bootstrap
 };
 
 JointAgreement Summarise(const std::string& joint,
                          const std::vector<const Error*>& errors,
                          const std::vector<Vector3d>& freed,
-                         const Scale& scale) {
+                         const Sampling& sampling) {
   JointAgreement result;
   result.joint = joint;
   result.count = static_cast<int64_t>(errors.size());
@@ -250,10 +250,10 @@ JointAgreement Summarise(const std::string& joint,
     result.limits_m[at] = kNormal95 * StandardDeviation(axes[axis]);
   }
   result.after_offset_median_m = Quantile(freed_m, 0.5);
-  result.velocity_rms_m_s = DerivativeRms(errors, 1, scale.step_s);
-  result.acceleration_rms_m_s2 = DerivativeRms(errors, 2, scale.step_s);
+  result.velocity_rms_m_s = DerivativeRms(errors, 1, sampling.step_s);
+  result.acceleration_rms_m_s2 = DerivativeRms(errors, 2, sampling.step_s);
   result.median_interval =
-      MedianInterval(errors, scale.frames, scale.block_frames);
+      MedianInterval(errors, sampling.frames, sampling.block_frames);
   return result;
 }
 
@@ -391,12 +391,12 @@ MotionAgreement CompareMotion(const PairedMotion& motion, const Vector3d& up,
                               double block_s) {
   const std::vector<Error> errors = Errors(motion, up);
   const std::vector<std::string>& names = motion.truth.header.skeleton.joints();
-  Scale scale;
-  scale.step_s = UsualStep(motion.tracks.frames);
-  scale.frames = motion.truth.frames.size();
-  if (scale.step_s > 0.0) {
-    scale.block_frames =
-        std::max<int64_t>(1, std::llround(block_s / scale.step_s));
+  Sampling sampling;
+  sampling.step_s = UsualStep(motion.tracks.frames);
+  sampling.frames = motion.truth.frames.size();
+  if (sampling.step_s > 0.0) {
+    sampling.block_frames =
+        std::max<int64_t>(1, std::llround(block_s / sampling.step_s));
   }
   MotionAgreement result;
   std::vector<const Error*> pooled;
@@ -409,15 +409,15 @@ MotionAgreement CompareMotion(const PairedMotion& motion, const Vector3d& up,
     }
     if (of_joint.empty()) continue;
     const std::vector<Vector3d> freed = WithoutOffset(of_joint);
-    JointAgreement& joint =
-        result.joints.emplace_back(Summarise(names[j], of_joint, freed, scale));
+    JointAgreement& joint = result.joints.emplace_back(
+        Summarise(names[j], of_joint, freed, sampling));
     joint.is_pooled = motion.IsPooled(j);
     if (!joint.is_pooled) continue;
     medians_m.push_back(joint.median_m);
     pooled.insert(pooled.end(), of_joint.begin(), of_joint.end());
     pooled_freed.insert(pooled_freed.end(), freed.begin(), freed.end());
   }
-  result.pooled = Summarise("pooled", pooled, pooled_freed, scale);
+  result.pooled = Summarise("pooled", pooled, pooled_freed, sampling);
   result.mean_of_medians_m = Mean(medians_m);
   for (const Error* error : pooled) {
     if (!error->covariance) continue;

@@ -63,7 +63,7 @@ TEST(PcpTest, PerfectPredictionScoresAllParts) {
 }
 
 // The lower leg is 0.5 m long: its limit is 0.25 m.
-TEST(PcpTest, LimitsOfTheEndpointRules) {
+TEST(PcpTest, EndpointRulesIncludeTheLimitUnlessStrictlyLess) {
   const Names leg = {"r_lower_leg"};
   PcpProtocol mean = Plain(), each = Plain();
   each.endpoints = EndpointRule::kEach;
