@@ -30,10 +30,11 @@ struct UpEvidence {
   Eigen::Vector3d of_cameras = Eigen::Vector3d::Zero();  // UpOfCameras
 };
 
-// Collects poses of a skeleton with kinegraph's joint names.
+// Collects poses of a skeleton with kinegraph's joint names ("l_hip").
 class Stance {
  public:
   explicit Stance(const Skeleton& skeleton) : skeleton_(skeleton) {}
+  // Adds a pose.
   void See(const PersonPose& person);
 
   // The unit vector that points up; nullopt if unknown. The first that applies:

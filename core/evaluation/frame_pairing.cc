@@ -16,7 +16,7 @@
 namespace kinegraph {
 namespace {
 
-// Rates whose relative difference is not above this are treated as equal: 29.97
+// Greatest relative difference of rates that are treated as equal: 29.97
 // (30000/1001) and 30 Hz.
 constexpr double kSameRate = 0.002;
 // A stated rate contradicts the times if it differs from their rate by more

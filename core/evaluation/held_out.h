@@ -20,7 +20,7 @@
 
 namespace kinegraph {
 
-// One detection of the scored set.
+// One detection of the scored set: one person in one image.
 struct HeldOutPerson {
   int64_t frame = 0;
   int view_idx = 0;

@@ -66,7 +66,8 @@ struct IdentityResult {
   HotaScores Hota() const;  // means over the thresholds
 };
 
-// The gate is kPersonGateM, on the mean distance over joints of the same name.
+// A pose and a true person can match if the mean distance of their joints of
+// the same name is within the gate, kPersonGateM.
 //
 // In each frame a true person keeps the matched identity while the two stay
 // within the gate and no other person has had that identity since; the other

@@ -30,8 +30,8 @@ struct JointError {
   std::string joint;
   int64_t count = 0;
   double raw_m = 0.0;
-  // Found minus true in the body frame (right, forward, up), the median of
-  // each.
+  // Median of found minus true along each axis of the body frame (right,
+  // forward, up).
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
   double bias_removed_m = 0.0;
 };

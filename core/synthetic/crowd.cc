@@ -105,7 +105,8 @@ class Crowd {
            (b.sits() ? 0.5 * kSeatClearance : 0.0);
   }
 
-  // Distance from `point` to the nearest other person in the scene.
+  // Distance from `point` to the nearest other person in the scene; 1e9 if
+  // there is none.
   double Room(const Vector2d& point, const Agent& self) const {
     double room = 1e9;
     for (const Agent& other : agents_) {
@@ -172,7 +173,7 @@ class Crowd {
         }
         return;
       case Action::kOutside: {
-        // Moves to another door while invisible, long enough before the return
+        // Moves to another entrance while absent, long enough before the return
         // that the smoothing of the path does not affect visible parts.
         const double left = agent.action_until_s - now_s_;
         if (left > 1.2 && left <= 1.2 + kStep) {
@@ -256,7 +257,7 @@ class Crowd {
 
   void ComeIn(Agent& agent) {
     if (Room(agent.position, agent) < 2.0 * options_.min_distance_m) {
-      agent.action_until_s = now_s_ + 0.5;  // the door is occupied
+      agent.action_until_s = now_s_ + 0.5;  // somebody is near the entrance
       return;
     }
     agent.plan.present.push_back({now_s_, span_.end_s});

@@ -43,8 +43,8 @@ struct JointNoise {
   void Describe(OptionVisitor& visitor);
 };
 
-// Table [noise]. The defaults give exact projections of all joints inside the
-// images.
+// The configuration's table [noise]. The defaults give exact projections of all
+// joints inside the images.
 struct NoiseOptions {
   int64_t seed = 1;
   JointNoise joints;

@@ -53,7 +53,7 @@ struct CrowdOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Table [scene].
+// The configuration's table [scene].
 struct SceneOptions {
   int64_t seed = 1;
   int64_t people = 4;
@@ -145,7 +145,7 @@ struct SceneMoment {
   std::vector<PersonMoment> people;
 };
 
-// All people at `time`; obstacles are expensive to compute.
+// All people at `time`, with their obstacles if wanted (expensive to compute).
 SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
 
 bool IsInImage(const Camera& camera, const Eigen::Vector2d& px);

@@ -85,6 +85,7 @@ double Correlation(const SpeedGrid& a, const SpeedGrid& b, int64_t shift,
 }
 
 // Throws unless the standard deviation of some joint's speed reaches kLeastM_S.
+// `whose`: "the tracks", for the message.
 void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   constexpr double kLeastM_S = 0.05;
   double most = 0.0;
@@ -99,12 +100,13 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   }
   if (most >= kLeastM_S) return;
   throw InputError(fmt::format(
-      "no motion to align the clocks with: no joint of {} changes its speed by "
-      "more than {:.2f} m/s; --align=world or none",
+      "no motion to align the clocks with: the speed of no joint of {} varies "
+      "by more than {:.2f} m/s (standard deviation); --align=world or none",
       whose, most));
 }
 
-// The shift at which the speeds' correlation is most significant, to one step.
+// The time shift [s] at which the speeds' correlation is most significant, to
+// one step of the grid.
 double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
                     double half_s) {
   constexpr double kStepS = 0.04;
