@@ -3,8 +3,8 @@
     python3 joint_angles.py TRACKS OUT.png [TRUTH]
 
 Plots both knees of the first person. With a ground truth, prints for each angle
-the RMS error and the share of 95 % intervals that contain the true angle, if the
-tracks have covariances.
+the RMS error and, if the tracks have covariances, the share of the 95 % intervals
+that contain the true angle.
 """
 
 import sys

@@ -16,14 +16,14 @@ struct DenseElimination {
   // factor L. Entries above the diagonal are neither read nor preserved.
   double* pivot = nullptr;
   // B, the rows between the remaining and the eliminated variables; replaced by
-  // Y = B L^-T.
+  // Y = B L^-T. May be null if `next` is.
   double* coupling = nullptr;
-  // Y Y' is subtracted from it, lower triangle. May be null.
+  // Y Y' is subtracted from its lower triangle. May be null.
   double* next = nullptr;
 };
 
 // Eliminates the pivot. With the identity as coupling, Y Y' is the pivot's
-// inverse. False where the pivot is not positive definite.
+// inverse. False if the pivot is not positive definite.
 bool EliminateDense(const DenseElimination& blocks);
 
 }  // namespace kinegraph

@@ -32,8 +32,8 @@ class OptionError : public std::runtime_error {
 };
 
 // `text` on one line, safe to print: control characters and bytes that are not
-// UTF-8 are replaced, and it is cut at the character that reaches `max_length`
-// bytes.
+// UTF-8 are replaced by '?', and text after the character that reaches
+// `max_length` bytes by "...".
 std::string Printable(const std::string& text, size_t max_length = 60);
 
 }  // namespace kinegraph

@@ -59,8 +59,8 @@ class OptionVisitor {
   virtual void NumberList(const std::string& key, std::vector<double>* value,
                           const Limits& limits, const std::string& unit,
                           const std::string& help) = 0;
-  // `values` has one number for each of `names`. A configuration gives one for
-  // all of them (key = 6), or a table with some (key.wrist = 9).
+  // `values` has one number for each of `names`. A configuration gives one
+  // number for all (key = 6) or a table with some names (key.wrist = 9).
   virtual void NumberTable(const std::string& key, double* values,
                            const std::vector<std::string>& names,
                            const Limits& limits, const std::string& unit,
@@ -95,7 +95,7 @@ class OptionVisitor {
 // `describe` passes to the visitor is outside its limits.
 void CheckDescribed(const std::function<void(OptionVisitor&)>& describe);
 
-// The same for an options struct. For options set in code.
+// The same for an options struct that was filled in code.
 template <typename Options>
 void CheckOptions(Options options) {
   CheckDescribed([&](OptionVisitor& visitor) { options.Describe(visitor); });

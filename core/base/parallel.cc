@@ -94,8 +94,9 @@ class ThreadPool {
                    waiting_.end());
     const auto is_done = [&] { return batch->helpers == 0; };
     if (batch->stop_check == nullptr) return done_.wait(lock, is_done);
-    // A caller that waits for helpers checks for a stop at this interval and
-    // passes it to them.
+    // The check may detect a stop on this thread only (Python's signal
+    // handlers) and then stops the helpers, so it also runs while this thread
+    // waits.
     constexpr auto kPatience = std::chrono::milliseconds(50);
     while (!done_.wait_for(lock, kPatience, is_done)) {
       lock.unlock();  // the check may acquire locks

@@ -8,9 +8,9 @@ namespace kinegraph {
 
 // Calls work(0) .. work(count - 1), each once, on up to `threads` threads. The
 // pieces must not touch each other's data, so the result does not depend on the
-// number of threads. Rethrows the exception of the lowest piece that threw;
-// with several threads, after all pieces have ended. Each piece may be stopped
-// (stop_check.h).
+// number of threads. Rethrows the exception of the piece with the lowest index
+// that threw; with several threads, after all pieces have ended. The caller's
+// stop check (stop_check.h) runs before each piece.
 void ParallelFor(int threads, int count, const std::function<void(int)>& work);
 
 // The `threads` of the call whose piece this thread works on, to be passed to

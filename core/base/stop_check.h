@@ -17,11 +17,11 @@ class Stopped : public std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-// For its lifetime, the work of this thread, and of ParallelFor for it on
-// others, calls `check` regularly: between people, between pieces of a
-// recording, between iterations of a solver. An exception of `check` leaves
-// the running call; the objects it was working on are no longer usable.
-// Only the innermost scope is active. `check` must outlive the scope.
+// For its lifetime, the work of this thread, and the pieces that its calls of
+// ParallelFor run on other threads, call `check` regularly: between people,
+// between pieces of a recording, between iterations of a solver. An exception
+// of `check` leaves the running call, whose objects are no longer usable. Only
+// the innermost scope is active. `check` must outlive the scope.
 class StopScope {
  public:
   explicit StopScope(const StopCheck* check);

@@ -21,7 +21,7 @@ bool EndsIn(std::string_view text, std::string_view end);
 // The same for ASCII letters of either case: "WALK.TRC" ends in ".trc".
 bool EndsInAnyCase(std::string_view text, std::string_view end);
 
-// `text` without the blanks at its ends.
+// `text` without spaces, tabs and line breaks at its ends.
 std::string Trimmed(const std::string& text);
 
 // The number that all of `text` represents, without a plus sign; nullopt for

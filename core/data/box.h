@@ -26,8 +26,8 @@ inline double DiagonalPx(const Eigen::AlignedBox2d& box) {
   return box.isEmpty() ? 0.0 : box.diagonal().norm();
 }
 
-// Lower bound of the distance between any two joints of the boxes [px]; at
-// least the largest double if a box is empty.
+// Lower bound of the distance between a joint in `a` and a joint in `b` [px];
+// at least the largest double if a box is empty.
 inline double GapPx(const Eigen::AlignedBox2d& a,
                     const Eigen::AlignedBox2d& b) {
   return std::max({a.min().x() - b.max().x(), b.min().x() - a.max().x(),

@@ -12,8 +12,9 @@
 
 namespace kinegraph {
 
-// Throw InputError, beginning with `key`, beyond the bounds of limits.h. A rate
-// of 0 means unknown.
+// Throw InputError, beginning with `key`, for numbers beyond the bounds of
+// limits.h. A rate of 0 means unknown and is accepted; CheckedTime returns the
+// time in nanoseconds.
 void CheckFrameRate(double rate_hz, std::string_view key);
 TimeNs CheckedTime(double seconds, std::string_view key);
 
@@ -21,24 +22,24 @@ TimeNs CheckedTime(double seconds, std::string_view key);
 // frame rate.
 void CheckDetectionHeader(const DetectionHeader& header);
 
-// Throws InputError unless every camera has a distinct name.
+// Throws InputError unless the cameras have distinct, non-empty names.
 void CheckCameraNames(const CameraRig& cameras);
 
-// Throws InputError naming the view when its own clock and its frame's differ
-// by more than 10 s, the range in which the doctor searches for lags: the two
-// clocks then have different origins.
+// Throws InputError naming the view when its capture time and the frame's time
+// differ by more than 10 s, the range in which `kinegraph doctor` searches for
+// lags: the two clocks then have different origins.
 void CheckCaptureTime(const std::string& view, TimeNs capture_time,
                       TimeNs frame_time);
 
 // Throws InputError naming the frame unless it has one view per view of the
 // header, each detection one joint per joint of the skeleton with finite
-// numbers for found joints, its number and time are within limits.h, and the
-// clocks of the views match it.
+// numbers for found joints, its number and time are within limits.h, and its
+// views pass CheckCaptureTime.
 void CheckDetectionFrame(const DetectionHeader& header,
                          const DetectionFrame& frame);
 
 // Checks the results of a run before they are written. A failure is a bug of
-// this program for any input.
+// this program, whatever the input.
 class PoseCheck {
  public:
   explicit PoseCheck(const CameraRig& cameras);

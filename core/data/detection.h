@@ -28,7 +28,9 @@ struct Detection {
 
 // All people detected by one camera at one time.
 struct ViewDetections {
-  TimeNs capture_time = 0;  // this camera's own clock, offset included
+  // On the clock of DetectionFrame::time, and equal to it unless the view has
+  // its own times.
+  TimeNs capture_time = 0;
   std::vector<Detection> detections;
 };
 

@@ -9,9 +9,10 @@ namespace kinegraph {
 
 struct ForcePlate {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // world
-  double first_s = 0.0;  // time of the first sample, on the points' clock
+  double first_s = 0.0;  // first sample, on the clock of the file's markers
   double rate_hz = 0.0;
-  std::vector<double> load_n;  // normal to the plate, positive
+  // Normal force [N]; its sign is chosen so that the sum is not negative.
+  std::vector<double> load_n;
 };
 
 }  // namespace kinegraph

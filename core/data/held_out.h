@@ -20,7 +20,8 @@ struct HeldOutDetection {
 struct HeldOutSet {
   double min_confidence = 0.3;  // of joints that are scored
   double cap_px = 100.0;        // error of a joint without prediction
-  double pairing_gate_m = 0.5;  // between a run's and the reference's people
+  // Greatest mean joint distance of a run's person from the reference's.
+  double pairing_gate_m = 0.5;
   std::vector<HeldOutDetection> detections;
 };
 

@@ -40,8 +40,8 @@ struct IdentityEdit {
   std::vector<TrackId> persons;
   // Join, undecided: persons[0]'s last frame and persons[1]'s first.
   std::optional<FrameSpan> frames;
-  // Evidence for it, in order: "bones" and "motion" as log likelihood ratios in
-  // nats, "gap_s", ...
+  // Evidence for the edit, in order: "bones" and "motion" as log likelihood
+  // ratios in nats, "gap_s", ...
   std::vector<std::pair<std::string, double>> evidence;
   // Difference from the second best explanation of the recording [nats].
   std::optional<double> margin;
@@ -53,8 +53,8 @@ struct IdentityEdit {
 // tracker does not use them.
 using PersonNames = std::map<TrackId, std::string>;
 
-// The names after these edits: `name` sets a name, and a join gives persons[0],
-// if unnamed, the name of persons[1].
+// The names after these edits: kName sets a name, and kJoin removes the name of
+// persons[1] and gives it to persons[0] if that is unnamed.
 PersonNames NamesAfter(const std::vector<IdentityEdit>& edits);
 
 }  // namespace kinegraph

@@ -60,7 +60,7 @@ std::optional<Vector3d> NearestAxis(const Vector3d& direction,
 
 void Stance::See(const PersonPose& person) {
   // Height of the hands above the shoulders, relative to the length from the
-  // lowest point to the shoulders.
+  // ankles (else hips) to the shoulders, above which a person is ignored.
   constexpr double kAbove = 0.1;
   constexpr size_t kMost = 2000;  // bodies; more add no information
   // Cosine of the angle between trunk and legs; 0.6 for a person on a chair.
@@ -109,7 +109,7 @@ double Stance::Body::Low(const Vector3d& along) const {
 
 double Stance::Body::High(const Vector3d& along) const { return -Low(-along); }
 
-// The one with the densest centre first; each body is in at most one group.
+// The group with the densest centre first; each body is in at most one.
 std::vector<Stance::Group> Stance::Groups() const {
   constexpr double kLeastShare = 0.05;
   const double alike = std::cos(kAlike_deg * kRadiansPerDegree);
@@ -160,6 +160,7 @@ std::vector<Stance::Group> Stance::Groups() const {
   return groups;
 }
 
+// From the 5 % to the 95 % quantile.
 double Stance::FloorSpread(const Vector3d& up) const {
   std::vector<double> lows_m;
   for (const Body& body : bodies_) lows_m.push_back(body.Low(up));
@@ -173,6 +174,7 @@ std::optional<Vector3d> Stance::ByFloor(
     const std::vector<Group>& groups,
     const std::vector<Vector3d>& others) const {
   constexpr double kFloor_m = 0.7;  // from lying on the floor to lying on a bed
+  // The next best spread must be greater by this factor and this difference.
   constexpr double kTimes = 2.5;
   constexpr double kApart_m = 0.4;
   const double alike = std::cos(kAlike_deg * kRadiansPerDegree);
@@ -205,6 +207,7 @@ std::optional<Vector3d> Stance::ByFloor(
   return best;
 }
 
+// Assumes a floor at height 0.
 bool Stance::MayLie(const Vector3d& up) const {
   std::vector<double> lows_m;
   std::vector<double> highs_m;

@@ -30,10 +30,11 @@ struct UpEvidence {
   Eigen::Vector3d of_cameras = Eigen::Vector3d::Zero();  // UpOfCameras
 };
 
-// Collects poses of a skeleton with kinegraph's joint names.
+// Collects poses of a skeleton with kinegraph's joint names ("l_hip").
 class Stance {
  public:
   explicit Stance(const Skeleton& skeleton) : skeleton_(skeleton) {}
+  // Adds a pose.
   void See(const PersonPose& person);
 
   // The unit vector that points up; nullopt if unknown. The first that applies:
@@ -76,10 +77,14 @@ class Stance {
   };
 
   std::vector<Group> Groups() const;
+  // Spread of the heights of the bodies' lowest joints [m].
   double FloorSpread(const Eigen::Vector3d& up) const;
+  // The candidate (groups and `others`) along which FloorSpread is small and by
+  // far the least; nullopt if there is none.
   std::optional<Eigen::Vector3d> ByFloor(
       const std::vector<Group>& groups,
       const std::vector<Eigen::Vector3d>& others) const;
+  // Whether most bodies may be lying still on the floor or a bed.
   bool MayLie(const Eigen::Vector3d& up) const;
 
   Skeleton skeleton_;

@@ -21,6 +21,7 @@ struct ViewBias {
   // Left and right partners share an entry.
   struct OfJoint {
     std::string joint;  // without "l_" and "r_"
+    // Of the bias across and along the image of the trunk, at the joint [m].
     ViewCoefficients across_m{};
     ViewCoefficients along_m{};
     bool used = false;  // false: the bias is taken as zero

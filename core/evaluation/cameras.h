@@ -39,11 +39,12 @@ struct CameraResult {
   std::vector<Share> scaled_cca, cca;
 };
 
-// Compares cameras of the same name. Worlds are aligned on the centres (Umeyama
-// 1991). If the centres lie within a twentieth of their extent of a line, or
-// there are only two, the rotation about the line is undetermined, and the mean
-// of the cameras' rotations is used instead. Throws InputError naming `path`
-// and `truth_path` when fewer than two cameras are in both.
+// Compares cameras of the same name. The worlds are aligned by the cameras'
+// centres (Umeyama 1991). If the centres lie within a twentieth of their extent
+// of a line, or there are only two, the rotation about the line is
+// undetermined, and the mean of the cameras' rotations is used instead. Throws
+// InputError naming `path` and `truth_path` when fewer than two cameras are in
+// both.
 CameraResult EvaluateCameras(const CameraRig& truth,
                              const std::string& truth_path,
                              const CameraRig& cameras, const std::string& path);

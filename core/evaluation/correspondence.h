@@ -74,15 +74,17 @@ Eigen::MatrixXd PersonDistances(const std::vector<PersonPose>& a,
                                 const std::vector<PersonPose>& b,
                                 const JointPairs& joints);
 
-// A true person of a frame and the person found for it (nullptr: none).
+// A true person of a frame and the found person matched with them (nullptr:
+// none).
 struct PersonPair {
   int64_t frame = 0;  // of the tracks
   const PersonPose* truth = nullptr;
   const PersonPose* found = nullptr;
 };
 
-// All true people of paired frames, ascending, paired one-to-one in each frame
-// by mean distance over `joints` (a: truth, b: tracks).
+// All true people of `frames`, in frame order, matched one-to-one within each
+// frame by mean distance over `joints` (a: truth, b: tracks). In frames that
+// the tracks lack, nobody is found.
 std::vector<PersonPair> PairPeople(const FramePairing& frames,
                                    const JointPairs& joints, double gate_m);
 // Overload for all frames in `ranges` that PairFrames pairs.

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kContacts = 1;  // of the scopes
+constexpr int kContacts = 1;  // index of the scope "around contacts"
 
 struct Motion {
   Vector3d velocity_m_s = Vector3d::Zero();
@@ -185,7 +185,7 @@ struct ErrorSums {
 
 using ScopedSums = std::array<ErrorSums, kDerivativeScopes>;
 
-// Adds the peaks of a joint to each of `sums`.
+// Adds the errors at the peaks of a joint to each of `sums`.
 void AddPeaks(const JointMotion& joint, const std::vector<bool>& at_contact,
               double rate_hz, const std::vector<ScopedSums*>& sums) {
   const int count = static_cast<int>(joint.truth.size());

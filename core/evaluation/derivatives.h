@@ -21,7 +21,7 @@ struct DerivativeOptions {
 
 // Errors over the frames of one joint, or of all joints.
 struct DerivativeErrors {
-  int64_t count = 0;
+  int64_t count = 0;  // of joints in single frames
   double velocity_rms_m_s = 0.0;
   double speed_bias_m_s = 0.0;  // mean of found minus true speed
   double acceleration_rms_m_s2 = 0.0;
@@ -35,7 +35,7 @@ struct DerivativeErrors {
 // The frames that are scored: all, and those around contacts.
 inline constexpr int kDerivativeScopes = 2;
 
-// How the tracks' derivative is defined.
+// How a derivative of the tracks was obtained.
 enum class DerivativeSource {
   kDifferences,    // central differences of the positions
   kModelVelocity,  // an acceleration: central differences of the model's

@@ -16,10 +16,12 @@
 namespace kinegraph {
 namespace {
 
-// Rates closer than this are treated as equal: 29.97 (30000/1001) and 30 Hz.
+// Greatest relative difference of rates that are treated as equal: 29.97
+// (30000/1001) and 30 Hz.
 constexpr double kSameRate = 0.002;
-// A stated rate that differs by more from the rate of the times contradicts
-// them; the closest common rates, 24 and 25 Hz, differ by twice as much.
+// A stated rate contradicts the times if it differs from their rate by more
+// than this share; the closest common rates, 24 and 25 Hz, differ by twice as
+// much.
 constexpr double kSameClock = 0.02;
 // Frames of recordings with different rates show the same instant up to this
 // difference: times in whole milliseconds have errors of up to half a
@@ -65,7 +67,8 @@ Clock ClockOf(const TrackSequence& recording, const std::string& name,
     if (step <= 0) {
       if (frames.front().time != frames.back().time) {
         notes->push_back("the times of " + name +
-                         " step back: frames are paired by number");
+                         " do not always increase: frames are paired by "
+                         "number");
       }
       return clock;
     }
@@ -107,7 +110,7 @@ Clock ClockOf(const TrackSequence& recording, const std::string& name,
 // The position of an instant among the frames of a recording.
 struct Place {
   int64_t frame = 0;  // the nearest number, whether or not the frame exists
-  TimeNs off = 0;     // offset from that frame's instant
+  TimeNs off = 0;     // absolute distance from that frame's instant
 };
 
 Place PlaceOf(TimeNs time, const Clock& clock,
@@ -220,7 +223,8 @@ class Pairer {
     return is_drift ? last : std::nullopt;
   }
 
-  // One-to-one, the nearest first. False if no frames coincide.
+  // Pairs frames one-to-one, those nearest in time first. False if no frames
+  // coincide.
   bool PairByTime() {
     const TimeNs reach =
         same_rate_ ? FromSeconds(0.5 / tracks_clock_.rate_hz) : kSameInstant;
@@ -316,7 +320,8 @@ class Pairer {
     }
   }
 
-  // Notes where equal frame numbers appear to be different times.
+  // Adds a note if equal frame numbers probably mean different times: both
+  // recordings begin alike, but their lengths differ as at different rates.
   void NoteLengths() {
     if (!frames_.empty()) return;
     if (truth_.frames.empty() || tracks_.frames.empty()) return;

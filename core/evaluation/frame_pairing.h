@@ -30,8 +30,8 @@ struct FramePairing {
   int64_t truth_frames = 0;     // compared, with or without a counterpart
   int64_t truth_between = 0;    // not compared: between the tracks' instants
   double max_gap_s = 0.0;       // between the times of a pair
-  // Remarks that a score of these pairs requires, a line each: different rates
-  // or numbers, contradictions within a file. Usually empty.
+  // Remarks to be shown with any score of these pairs, a line each: different
+  // rates or numbers, contradictions within a file. Usually empty.
   std::vector<std::string> notes;
 };
 

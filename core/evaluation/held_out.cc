@@ -90,7 +90,8 @@ std::optional<Vector2d> Predict(const PersonPose* person, int joint,
   return camera.Project(person->joints[joint].position_m);
 }
 
-// See HeldOutJoint; nullopt without a covariance.
+// HeldOutJoint::normalised_squared; nullopt without `sigma_px`, a covariance or
+// an image.
 std::optional<double> NormalisedSquared(const PersonPose& person, int joint,
                                         const Keypoint& seen,
                                         JointClass joint_class,

@@ -20,7 +20,7 @@
 
 namespace kinegraph {
 
-// One detection of the scored set.
+// One detection of the scored set: one person in one image.
 struct HeldOutPerson {
   int64_t frame = 0;
   int view_idx = 0;
@@ -46,8 +46,8 @@ struct HeldOutScores {
 };
 
 // The default scored set: every detection from which `reference` (tracks of all
-// cameras, with their matches) was made. The caller chooses `cap_px`: 10 % of
-// the image width.
+// cameras, with their matches) was made. `cap_px`: usually 10 % of the image
+// width.
 HeldOutSet MakeHeldOutSet(const TrackSequence& reference, double cap_px);
 
 // Standard deviation of one coordinate of a detected joint [px].
@@ -95,8 +95,9 @@ inline constexpr double kHeldOutTruncationPx = 30.0;
 struct HeldOutSummary {
   double figures_px[kHeldOutFigureCount] = {};  // NaN: nothing scored
   Interval intervals_px[kHeldOutFigureCount];
-  Share predicted;  // joints, within the cap
-  Share paired;     // detections with a selected joint
+  Share predicted;  // selected joints with an error below the cap
+  // Detections whose person the run has, of those with a selected joint.
+  Share paired;
 
   double figure_px(HeldOutFigure figure) const {
     return figures_px[static_cast<int>(figure)];

@@ -144,7 +144,7 @@ class WholeRecording {
     return static_cast<int64_t>(found_index_.size());
   }
 
-  // The greatest number of frames that a one-to-one choice of identities
+  // The greatest number of person-frames that a one-to-one choice of identities
   // explains.
   int64_t IdentityTruePositives() const {
     // The gain as a negative cost. A pair that never coincided gains 0 and may

@@ -25,8 +25,8 @@ struct IdentityOptions {
 };
 
 // HOTA's similarity of two poses is 1 - d / (2 gate), at least 0, with d their
-// mean distance over joints: at the threshold 0.5 the two may be a gate apart,
-// as for MOTA and IDF1.
+// mean distance over joints and the gate kPersonGateM: at the threshold 0.5 the
+// two may be a gate apart, as for MOTA and IDF1.
 inline constexpr int kHotaThresholdCount = 19;  // 0.05, 0.10, ... 0.95
 
 // One threshold of HOTA, or the mean over them. NaN without people.
@@ -50,7 +50,7 @@ struct IdentityResult {
   int64_t switches = 0;
   // Times a matched true person was lost and matched again later.
   int64_t fragments = 0;
-  // Frames explained when every true person is assigned one identity for the
+  // Person-frames explained if every true person has one identity for the
   // whole recording, chosen to maximise their number.
   int64_t identity_true_positives = 0;
   // Found person-frames that are not scored; excluded from found_person_frames.
@@ -66,7 +66,8 @@ struct IdentityResult {
   HotaScores Hota() const;  // means over the thresholds
 };
 
-// The gate is kPersonGateM, on the mean distance over joints of the same name.
+// A pose and a true person can match if the mean distance of their joints of
+// the same name is within the gate, kPersonGateM.
 //
 // In each frame a true person keeps the matched identity while the two stay
 // within the gate and no other person has had that identity since; the other

@@ -67,9 +67,9 @@ const Pose3d* PoseAt(const Poses& poses, int64_t frame) {
   return at == poses.end() ? nullptr : at->second;
 }
 
-// ---- Jitter and constancy ---------------------------------------------------
+// ---- Jitter and bone lengths ------------------------------------------------
 
-// 1, -2, 1 for order 2, up to the sign.
+// Weights of a finite difference, up to the sign: 1, -2, 1 for order 2.
 std::vector<double> DifferenceWeights(int order) {
   std::vector<double> weights = {1.0};
   for (int i = 0; i < order; ++i) {
@@ -83,9 +83,9 @@ std::vector<double> DifferenceWeights(int order) {
   return weights;
 }
 
-// Sum over the joints of `scale` times the length of the difference of the
-// poses (nullptr: none), and the number of joints that are observed in all of
-// them.
+// Over the joints that are observed in all of the poses (nullptr: no pose): the
+// sum of `scale` times the norm of the weighted sum of a joint's positions, and
+// the number of joints.
 RatioUnit Difference(const std::vector<const Pose3d*>& poses,
                      const std::vector<double>& weights,
                      const std::vector<int>& joints, double scale) {

@@ -145,6 +145,7 @@ struct ConsistencySums {
     ++definite;
   }
 
+  // Adds only what Stated() needs.
   ConsistencySums& operator+=(const ConsistencySums& other) {
     covered += other.covered;
     nees += other.nees;

@@ -30,16 +30,16 @@ struct JointError {
   std::string joint;
   int64_t count = 0;
   double raw_m = 0.0;
-  // Found minus true in the body frame (right, forward, up), the median of
-  // each.
+  // Median of found minus true along each axis of the body frame (right,
+  // forward, up).
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
   double bias_removed_m = 0.0;
 };
 
-// The errors of one true person in one frame, summed over its joints [m].
+// The errors of one true person in one frame, summed over their joints [m].
 struct PersonError {
   int64_t frame = 0;
-  int64_t actor = 0;
+  int64_t actor = 0;    // the true person's id
   int joint_count = 0;  // compared; 0: person not found
   double raw_m = 0.0;
   double bias_removed_m = 0.0;
@@ -60,7 +60,7 @@ struct MpjpeResult {
   std::vector<JointError> joints;   // contained in both, in the truth's order
   std::vector<PersonError> people;  // by actor, then by frame
   Share found;                      // true person-frames with a counterpart
-  // Joints of those people that the counterpart has.
+  // True joints of the found people that their counterparts have, too.
   Share joints_found;
 };
 

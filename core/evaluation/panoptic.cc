@@ -61,21 +61,22 @@ std::vector<Pose3d> TruePeople(const TrackFrame& frame,
   return people;
 }
 
-// The nearest true person; infinitely far, a false positive, if no joints can
-// be compared.
-Candidate Take(const Pose3d& found, const std::vector<Pose3d>& true_people,
-               int64_t first_person, const JointPairs& joints,
-               Share* compared) {
+// The nearest true person; the error is infinite, which makes a false positive,
+// if no joints can be compared.
+Candidate AssignNearest(const Pose3d& found,
+                        const std::vector<Pose3d>& true_people,
+                        int64_t first_person, const JointPairs& joints,
+                        Share* compared) {
   Candidate nearest = {kNoGate, 0.0, first_person};
-  const Pose3d* taken = nullptr;
+  const Pose3d* assigned = nullptr;
   for (size_t i = 0; i < true_people.size(); ++i) {
     const auto distance = MeanDistance(true_people[i], found, joints);
     if (!distance || *distance >= nearest.error_m) continue;
     nearest = {*distance, 0.0, first_person + static_cast<int64_t>(i)};
-    taken = &true_people[i];
+    assigned = &true_people[i];
   }
-  for (size_t j = 0; taken != nullptr && j < found.size(); ++j) {
-    if ((*taken)[j].present()) compared->Add(found[j].present());
+  for (size_t j = 0; assigned != nullptr && j < found.size(); ++j) {
+    if ((*assigned)[j].present()) compared->Add(found[j].present());
   }
   return nearest;
 }
@@ -131,8 +132,9 @@ PanopticResult EvaluatePanoptic(const TrackSequence& truth,
     const std::vector<Pose3d> people = TruePeople(*both.truth, convert_truth);
     if (people.empty()) continue;
     for (const PersonPose& person : PeopleOf(both.tracks)) {
-      Candidate candidate = Take(convert_found(person.joints), people,
-                                 true_people, joints, &result.joints_compared);
+      Candidate candidate =
+          AssignNearest(convert_found(person.joints), people, true_people,
+                        joints, &result.joints_compared);
       candidate.score = person.score;
       candidates.push_back(candidate);
     }

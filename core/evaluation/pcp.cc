@@ -17,9 +17,10 @@ using Eigen::Vector3d;
 
 // ---- Heads ------------------------------------------------------------------
 
-constexpr double kFaceForwardM = 0.125;  // k4d
+// See HeadConversion: the first two for k4d, the last for kVoxelposeShelf.
+constexpr double kFaceForwardM = 0.125;
 constexpr double kFaceUpM = 0.145;
-constexpr double kMvposeShare = 0.75;  // kVoxelposeShelf
+constexpr double kMvposeShare = 0.75;
 
 // The joints from which a head is computed.
 enum HeadSource {
@@ -215,8 +216,8 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
 }
 
 // The frame of the tracks nearest in time to the frame of that number, the
-// earlier on a tie; nullptr if none is near enough. By number, because the
-// ground truth may have no times.
+// earlier on a tie; nullptr if none is near enough. Times follow from frame
+// numbers, because the ground truth may have no times.
 const TrackFrame* NearestInTime(const TrackSequence& tracks, int64_t number,
                                 const FrameClock& clock,
                                 double max_time_gap_s) {

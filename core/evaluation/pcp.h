@@ -135,8 +135,8 @@ struct PcpProtocol {
   bool mid_hip_is_a_joint = false;
   bool skip_unmatched = false;
   bool stored_zeros_are_positions = false;
-  // Actors over whom the headline is the mean; empty: all. Actors are numbered
-  // from zero.
+  // Actors (true people, numbered from zero) over whom the headline, the score
+  // that is quoted, is the mean; empty: all.
   std::vector<int64_t> headline_actors = {0, 1, 2};
 };
 
@@ -201,7 +201,7 @@ struct PcpResult {
   std::vector<LostPart> lost;                 // in the same order
 
   std::vector<int64_t> Actors() const;  // ascending
-  // The actors of the headline that the ground truth contains.
+  // The actors of the headline among those scored.
   std::vector<int64_t> HeadlineActors() const;
 };
 

@@ -65,10 +65,10 @@ struct SmoothingBalance {
   };
 
   int64_t segments = 0;
-  double error_m = 0.0;
-  double removed_m = 0.0;
-  double kept_m = 0.0;
-  double attainable_m = 0.0;
+  double error_m = 0.0;       // of the strategy, from D
+  double removed_m = 0.0;     // motion removed or delayed
+  double kept_m = 0.0;        // noise kept
+  double attainable_m = 0.0;  // from W
   Excess excess = Excess::kNoiseKept;
   // Whether the error is significantly (99 %) greater than 1.35 times the
   // attainable one. The tested estimate lacks one camera. According to the

@@ -50,8 +50,8 @@ double QuantileOfRepeated(const std::vector<double>& ascending,
 // drawn (moving blocks: Kuensch 1989, "The jackknife and the bootstrap for
 // general stationary observations"), within each series (an actor, a
 // recording). A block that extends over the end continues at the beginning
-// (Politis and Romano 1992): every frame is drawn equally often, also in a
-// short series.
+// (Politis and Romano 1992), so that every frame is drawn with the same
+// probability, also in a short series.
 
 struct BootstrapOptions {
   int64_t block_length = 25;  // in units of a series, usually frames

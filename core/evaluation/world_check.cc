@@ -169,8 +169,8 @@ std::string WorldCheck::GateText() const {
       "the true subjects extend over {:.2g} m, and a track counts as theirs "
       "within {} m: {}",
       extent_m, kPersonGateM,
-      is_small ? "also one beside them"
-               : "one with small errors for their size may not");
+      is_small ? "even a track beside them does"
+               : "a track whose errors are small for their size may not");
 }
 
 WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {

@@ -12,17 +12,16 @@ namespace {
 // Gauss-Legendre rule with twelve points, on [0, 1].
 template <typename Function>
 double Integral(const Function& function) {
-  constexpr double kPlaces[] = {0.1252334085114689, 0.3678314989981802,
-                                0.5873179542866175, 0.7699026741943047,
-                                0.9041172563704749, 0.9815606342467193};
+  constexpr double kNodes[] = {0.1252334085114689, 0.3678314989981802,
+                               0.5873179542866175, 0.7699026741943047,
+                               0.9041172563704749, 0.9815606342467193};
   constexpr double kWeights[] = {0.2491470458134028, 0.2334925365383548,
                                  0.2031674267230659, 0.1600783285433462,
                                  0.1069393259953184, 0.0471753363865118};
   double sum = 0.0;
   for (int i = 0; i < 6; ++i) {
-    sum +=
-        0.5 * kWeights[i] *
-        (function(0.5 + 0.5 * kPlaces[i]) + function(0.5 - 0.5 * kPlaces[i]));
+    sum += 0.5 * kWeights[i] *
+           (function(0.5 + 0.5 * kNodes[i]) + function(0.5 - 0.5 * kNodes[i]));
   }
   return sum;
 }
@@ -46,7 +45,7 @@ double Expected(double sigma, double end, const Function& function) {
 
 double ProbabilityWithin(double radius_m,
                          const Eigen::Matrix3d& covariance_m2) {
-  constexpr double kLeastVariance = 1e-18;  // m^2
+  constexpr double kLeastVariance = 1e-18;  // m^2: sigmas are divisors
   const Eigen::Vector3d sigma_m =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance_m2,
                                                      Eigen::EigenvaluesOnly)

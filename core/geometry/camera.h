@@ -69,7 +69,7 @@ class Camera {
   std::optional<Eigen::Vector2d> Undistort(const Eigen::Vector2d& raw_px) const;
 
   // Unit direction in the world of the ray through an ideal pixel; the ray
-  // starts at centre() (paper Eq. 3).
+  // starts at centre() (Chu et al. 2021, Eq. 3).
   Eigen::Vector3d RayDirection(const Eigen::Vector2d& ideal_px) const {
     return (KR_inverse_ * Eigen::Vector3d(ideal_px.x(), ideal_px.y(), 1.0))
         .normalized();
@@ -85,7 +85,7 @@ class Camera {
 };
 
 // Distance [m] of a point from the line through the camera's centre and the
-// ideal pixel (the ray of Eq. 3, taken as an infinite line).
+// ideal pixel (RayDirection, extended behind the camera).
 double DistanceToRay(const Camera& camera, const Eigen::Vector2d& ideal_px,
                      const Eigen::Vector3d& point_m);
 

@@ -273,7 +273,7 @@ struct EpipolarTerms {
   T residual, norm_a, norm_b;
 };
 
-// Computes EpipolarGeometry::WeightedDistance with weights of 1.
+// Implements MarkConflicts; the distance is EpipolarGeometry::Distance.
 template <typename T>
 void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
                        double alpha_px, int lanes, double* conflict) {

@@ -21,8 +21,8 @@ class EpipolarGeometry {
   explicit EpipolarGeometry(const CameraRig& cameras);
 
   // Mean of the two distances [px] between each point and the epipolar line of
-  // the other (paper Eq. 2), from ideal pixels. Zero where the lines are
-  // undefined (a point on the epipole), which is no conflict.
+  // the other (Chu et al. 2021, Eq. 2), from ideal pixels. Zero where the lines
+  // are undefined (a point on the epipole), which is no conflict.
   double Distance(int view_a, const Eigen::Vector2d& a_px, int view_b,
                   const Eigen::Vector2d& b_px) const {
     return WeightedDistance(view_a, a_px, 1.0, view_b, b_px, 1.0);

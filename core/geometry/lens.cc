@@ -107,7 +107,8 @@ std::vector<double> OpenCv5Lens::parameters() const {
 
 std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
     const Eigen::Vector2d& distorted) const {
-  // Newton's method, damped so that no step leaves the one-to-one region.
+  // Newton's method, damped so that no step leaves the one-to-one region, from
+  // a start inside it: at its edge the radial part is singular.
   Eigen::Vector2d ideal = distorted;
   const double limit = 0.98 * plain_.max_radius_squared;
   if (ideal.squaredNorm() > limit) {

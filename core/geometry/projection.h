@@ -123,7 +123,7 @@ KINEGRAPH_INLINE Mask<T> Project(const CameraModel& camera, const T point[3],
   const T z = R[2][0] * point[0] + R[2][1] * point[1] + R[2][2] * point[2] +
               camera.t[2];
   Mask<T> visible = z > T(0.0);
-  // Elsewhere the outputs are meaningless but finite.
+  // A divisor of 1 keeps the meaningless outputs of other points finite.
   const T inverse_z = 1.0 / Select(visible, z, T(1.0));
   const T x = (R[0][0] * point[0] + R[0][1] * point[1] + R[0][2] * point[2] +
                camera.t[0]) *

@@ -13,8 +13,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kSigmas = 1.959964;      // 95 % of one dimension
-constexpr double kDiscSigmas = 2.447747;  // 95 % of two dimensions
+// Sigmas that contain 95 % of a Gaussian in one and in two dimensions.
+constexpr double kSigmas = 1.959964;
+constexpr double kDiscSigmas = 2.447747;
 // A shorter vector has no direction [m].
 constexpr double kShortest = 1e-6;
 constexpr double kLeastSine = 0.17364818;  // of 10 degrees
@@ -76,11 +77,14 @@ size_t ShoulderOf(double side) { return side > 0.0 ? 3 : 2; }
 
 // ---- Angles in these frames [rad] -------------------------------------------
 
+// Angle about an axis of a unit vector with these components perpendicular to
+// it; nullopt if the vector is within 10 degrees of the axis.
 std::optional<double> Around(double sine, double cosine) {
   if (std::hypot(sine, cosine) < kLeastSine) return std::nullopt;
   return std::atan2(sine, cosine);
 }
 
+// Angle of a unit vector to a plane, from its component perpendicular to it.
 double Tilt(double sine) { return std::asin(std::clamp(sine, -1.0, 1.0)); }
 
 // A direction in a frame; nullopt where either is undetermined.

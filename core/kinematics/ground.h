@@ -11,7 +11,8 @@
 
 namespace kinegraph {
 
-// "x", "-z" and so on; nullopt for "auto". Throws InputError naming `what`.
+// The unit vector of "x", "-z" and so on; nullopt for "auto". Throws InputError
+// naming `what`.
 std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
                                        const std::string& what = "--up");
 
@@ -22,7 +23,7 @@ std::optional<Eigen::Vector3d> UpDirection(const TrackSequence& tracks,
 
 // Height of the floor along `up` [m]: the 2 % quantile of the poses' lowest
 // joints. Ankles are above the floor by a height that is subtracted; other
-// joints, such as toes and paws, touch it.
+// joints, such as toes and paws, touch it. 0 without poses.
 double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up);
 
 }  // namespace kinegraph

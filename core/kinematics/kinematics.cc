@@ -99,7 +99,8 @@ bool HasCovariances(const TrackSequence& tracks) {
   return false;
 }
 
-// The median time between two frames [ns]; 0 if the recording has no times.
+// The median time between two frames [ns]; 0 if times do not increase or there
+// is only one frame.
 TimeNs FrameTime(const TrackSequence& tracks) {
   std::vector<TimeNs> steps;
   for (size_t k = 1; k < tracks.frames.size(); ++k) {

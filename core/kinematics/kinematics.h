@@ -42,7 +42,7 @@ struct KinematicsRow {
 struct KinematicsTable {
   // The direction used; if unknown, all columns that depend on it are absent.
   std::optional<Eigen::Vector3d> up;
-  bool has_times = false;           // else all times are 0
+  bool has_times = false;           // times increase; else no speeds or paths
   std::vector<std::string> angles;  // names, without unit
   std::vector<std::string> columns;
   std::vector<KinematicsRow> rows;  // by frame, then in the order of its people

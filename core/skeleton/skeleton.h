@@ -103,8 +103,8 @@ const Skeleton* FindSkeletonOf(const std::vector<std::string>& joints);
 // The built-in skeletons with that number of joints, the most common first.
 std::vector<const Skeleton*> SkeletonsOfSize(size_t joint_count);
 
-// Converts a number of joints given for COCO-17, as in the paper, to `count`
-// joints: the same share, rounded up.
+// Converts a number of joints given for COCO-17, as by Chu et al. 2021, to
+// `count` joints: the same share, rounded up.
 int ScaledJoints(double joints_of_17, size_t count);
 
 // For each joint of `to`, the joint of `from` with the same name, or -1.

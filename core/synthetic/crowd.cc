@@ -20,17 +20,18 @@ constexpr double kMaxAcceleration = 2.5;   // [m/s^2]
 constexpr double kAvoidanceHorizon = 2.5;  // looks ahead this far [s]
 // Additional distance from others to sit down, half of it once seated [m].
 constexpr double kSeatClearance = 0.35;
-constexpr double kPatience = 9.0;  // before choosing another goal [s]
+// After this time a walk to a goal that was not reached ends [s].
+constexpr double kPatience = 9.0;
 
 double Wrap(double angle_rad) { return std::remainder(angle_rad, 2.0 * kPi); }
 
 double AngleOf(const Vector2d& v) { return std::atan2(v.y(), v.x()); }
 
-enum class Deed { kWalk, kStand, kTurn, kSit, kLeave, kOutside };
+enum class Action { kWalk, kStand, kTurn, kSit, kLeave, kOutside };
 
 struct Agent {
-  Deed deed = Deed::kStand;
-  double deed_until_s = 0.0;
+  Action action = Action::kStand;
+  double action_until_s = 0.0;
   Vector2d position = Vector2d::Zero();
   Vector2d velocity = Vector2d::Zero();
   double heading = 0.0;
@@ -43,9 +44,11 @@ struct Agent {
   Itinerary plan;
   std::vector<Eigen::Vector3d> knots;  // of the path
 
-  bool walks() const { return deed == Deed::kWalk || deed == Deed::kLeave; }
-  bool inside() const { return deed != Deed::kOutside; }
-  bool sits() const { return deed == Deed::kSit; }
+  bool walks() const {
+    return action == Action::kWalk || action == Action::kLeave;
+  }
+  bool inside() const { return action != Action::kOutside; }
+  bool sits() const { return action == Action::kSit; }
   // Centre of the space that the person occupies.
   Vector2d centre() const {
     if (!sits()) return position;
@@ -64,7 +67,7 @@ class Crowd {
 
   std::vector<Itinerary> Run() {
     // Agents that are not placed yet are outside and occupy no space.
-    for (Agent& agent : agents_) agent.deed = Deed::kOutside;
+    for (Agent& agent : agents_) agent.action = Action::kOutside;
     for (Agent& agent : agents_) Place(agent);
     const auto steps =
         static_cast<int64_t>(std::ceil((span_.end_s - span_.begin_s) / kStep));
@@ -102,7 +105,8 @@ class Crowd {
            (b.sits() ? 0.5 * kSeatClearance : 0.0);
   }
 
-  // Distance from `point` to the nearest other person in the scene.
+  // Distance from `point` to the nearest other person in the scene; 1e9 if
+  // there is none.
   double Room(const Vector2d& point, const Agent& self) const {
     double room = 1e9;
     for (const Agent& other : agents_) {
@@ -114,7 +118,7 @@ class Crowd {
 
   // People start at free positions, visitors possibly outside.
   void Place(Agent& agent) {
-    agent.deed = Deed::kOutside;  // occupies no space until placed
+    agent.action = Action::kOutside;  // occupies no space until placed
     agent.speed = options_.walking_speed_ms *
                   std::clamp(random_.Normal(1.0, 0.13), 0.7, 1.3);
     agent.visitor = random_.Chance(options_.visitors);
@@ -134,11 +138,11 @@ class Crowd {
     if (agent.visitor && random_.Chance(0.6)) {
       agent.position = outer_radius() * Direction(random_.Uniform(-kPi, kPi));
       agent.heading = agent.wanted_heading = AngleOf(-agent.position);
-      agent.deed_until_s = random_.Uniform(0.5, 6.0);
+      agent.action_until_s = random_.Uniform(0.5, 6.0);
       return;
     }
     agent.plan.present.push_back({span_.begin_s, span_.end_s});
-    Begin(agent, Deed::kStand, random_.Uniform(0.2, 1.5));
+    Begin(agent, Action::kStand, random_.Uniform(0.2, 1.5));
   }
 
   // Gestures fill the requested share of time, 1.5 .. 4 s each.
@@ -159,19 +163,19 @@ class Crowd {
   }
 
   void Decide(Agent& agent) {
-    const bool over = now_s_ >= agent.deed_until_s;
-    switch (agent.deed) {
-      case Deed::kLeave:
+    const bool over = now_s_ >= agent.action_until_s;
+    switch (agent.action) {
+      case Action::kLeave:
         if (agent.position.norm() > outer_radius()) {
           agent.plan.present.back().end_s = now_s_;
           agent.velocity.setZero();
-          Begin(agent, Deed::kOutside, random_.Uniform(2.5, 6.0));
+          Begin(agent, Action::kOutside, random_.Uniform(2.5, 6.0));
         }
         return;
-      case Deed::kOutside: {
-        // Moves to another door while invisible, long enough before the return
+      case Action::kOutside: {
+        // Moves to another entrance while absent, long enough before the return
         // that the smoothing of the path does not affect visible parts.
-        const double left = agent.deed_until_s - now_s_;
+        const double left = agent.action_until_s - now_s_;
         if (left > 1.2 && left <= 1.2 + kStep) {
           agent.position =
               outer_radius() * Direction(random_.Uniform(-kPi, kPi));
@@ -183,31 +187,31 @@ class Crowd {
         if (over) ComeIn(agent);
         return;
       }
-      case Deed::kWalk:
+      case Action::kWalk:
         if (over || (agent.goal - agent.position).norm() < 0.3) {
           // Comes to rest before anything except walking on.
           if (random_.Chance(options_.walking)) {
             BeginWalk(agent);
           } else {
-            Begin(agent, Deed::kStand, random_.Uniform(0.6, 1.2));
+            Begin(agent, Action::kStand, random_.Uniform(0.6, 1.2));
           }
         }
         return;
-      case Deed::kStand:
-      case Deed::kTurn:
-      case Deed::kSit:
-        if (over) BeginRandomDeed(agent);
+      case Action::kStand:
+      case Action::kTurn:
+      case Action::kSit:
+        if (over) BeginRandomAction(agent);
         return;
     }
   }
 
-  void Begin(Agent& agent, Deed deed, double duration_s) {
-    agent.deed = deed;
-    agent.deed_until_s = now_s_ + duration_s;
+  void Begin(Agent& agent, Action action, double duration_s) {
+    agent.action = action;
+    agent.action_until_s = now_s_ + duration_s;
   }
 
   // The next action, by the weights of the options.
-  void BeginRandomDeed(Agent& agent) {
+  void BeginRandomAction(Agent& agent) {
     if (agent.visitor && now_s_ > agent.leaves_after_s) {
       BeginLeaving(agent);
       return;
@@ -218,42 +222,42 @@ class Crowd {
     if ((draw -= options_.walking) < 0.0 || total <= 0.0) {
       BeginWalk(agent);
     } else if ((draw -= options_.standing) < 0.0) {
-      Begin(agent, Deed::kStand, random_.Uniform(1.0, 4.0));
+      Begin(agent, Action::kStand, random_.Uniform(1.0, 4.0));
     } else if (draw < options_.turning) {
       const double turn = random_.Uniform(0.8, kPi);
       agent.wanted_heading += random_.Chance(0.5) ? turn : -turn;
-      Begin(agent, Deed::kTurn, 0.8 + turn / 1.5);
+      Begin(agent, Action::kTurn, 0.8 + turn / 1.5);
     } else {
       // The seat needs space behind the person.
       const Vector2d seat =
           agent.position - kSeatDistance * Direction(agent.heading);
       if (Room(seat, agent) < options_.min_distance_m + kSeatClearance) {
-        Begin(agent, Deed::kStand, random_.Uniform(0.5, 1.5));
+        Begin(agent, Action::kStand, random_.Uniform(0.5, 1.5));
         return;
       }
       const double duration = 2.0 * kSitDownTime + random_.Uniform(1.0, 5.0);
       // Stands still for a moment before and after.
       agent.plan.seated.push_back({now_s_ + 0.4, now_s_ + 0.4 + duration});
       agent.wanted_heading = agent.heading;
-      Begin(agent, Deed::kSit, duration + 0.8);
+      Begin(agent, Action::kSit, duration + 0.8);
     }
   }
 
   void BeginWalk(Agent& agent) {
     agent.goal = ChooseGoal(agent);
-    Begin(agent, Deed::kWalk, kPatience);
+    Begin(agent, Action::kWalk, kPatience);
   }
 
   void BeginLeaving(Agent& agent) {
     const Vector2d out = agent.position + 0.5 * agent.velocity;
     const double angle = AngleOf(out) + random_.Normal(0.0, 0.3);
     agent.goal = (outer_radius() + 1.0) * Direction(angle);
-    Begin(agent, Deed::kLeave, 1e9);
+    Begin(agent, Action::kLeave, 1e9);
   }
 
   void ComeIn(Agent& agent) {
     if (Room(agent.position, agent) < 2.0 * options_.min_distance_m) {
-      agent.deed_until_s = now_s_ + 0.5;  // the door is occupied
+      agent.action_until_s = now_s_ + 0.5;  // somebody is near the entrance
       return;
     }
     agent.plan.present.push_back({now_s_, span_.end_s});

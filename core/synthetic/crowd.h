@@ -45,7 +45,7 @@ inline constexpr double kSeatDistance = 0.38;
 // How far outside the area people appear and disappear [m].
 inline constexpr double kOuterMargin = 0.8;
 
-// `span` is simulated. Same seed, same plans.
+// One plan per person, for all of `span`. Same seed, same plans.
 std::vector<Itinerary> SimulateCrowd(const CrowdOptions& options, int people,
                                      TimeSpan span, uint64_t seed);
 

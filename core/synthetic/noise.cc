@@ -229,8 +229,9 @@ class PersonObserver {
     return displacement;
   }
 
-  // The person whose same joint is nearest in the image, within the person's
-  // size there: detectors confuse people who overlap or stand side by side.
+  // The other person whose same joint is nearest in the image, if it is nearer
+  // than the observed person's own farthest joint, else -1: detectors confuse
+  // people who overlap or stand side by side.
   int NearestOther(int joint, const std::vector<PersonSight>& sights) const {
     const std::vector<JointSight>& own = sights[person_].joints;
     if (!own[joint].in_image) return -1;
@@ -598,23 +599,24 @@ DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
     // Frames keep their order.
     const double limit = 0.45 / scene.frame_rate_hz;
     const double jitter = jitters.Normal(0.0, options.time_jitter_s);
-    const TimeNs beat = scene.times[i];
-    const TimeNs taken = beat + FromSeconds(std::clamp(jitter, -limit, limit));
+    const TimeNs nominal = scene.times[i];
+    const TimeNs actual =
+        nominal + FromSeconds(std::clamp(jitter, -limit, limit));
     DetectionFrame frame;
     frame.frame = static_cast<int64_t>(i);
-    frame.time = options.tell_times ? taken : beat;
+    frame.time = options.tell_times ? actual : nominal;
     std::vector<std::vector<DetectionTruth>> frame_truth;
     std::optional<SceneMoment> moment;
     for (int v = 0; v < view_count; ++v) {
       const auto& offsets = options.clock_offset_s;
       const TimeNs capture = v < static_cast<int>(offsets.size())
-                                 ? taken + FromSeconds(offsets[v])
-                                 : taken;
+                                 ? actual + FromSeconds(offsets[v])
+                                 : actual;
       if (!moment.has_value() || moment->time != capture) {
         moment = LookAtScene(scene, capture, with_obstacles);
       }
       ViewDetections view;
-      view.capture_time = options.tell_times ? capture : beat;
+      view.capture_time = options.tell_times ? capture : nominal;
       frame_truth.emplace_back();
       for (LabelledDetection& labelled : views[v](*moment)) {
         view.detections.push_back(std::move(labelled.detection));

@@ -43,8 +43,8 @@ struct JointNoise {
   void Describe(OptionVisitor& visitor);
 };
 
-// Table [noise]. The defaults give exact projections of all joints inside the
-// images.
+// The configuration's table [noise]. The defaults give exact projections of all
+// joints inside the images.
 struct NoiseOptions {
   int64_t seed = 1;
   JointNoise joints;
@@ -52,8 +52,8 @@ struct NoiseOptions {
   std::map<JointClass, JointNoise> by_class;
 
   // Confidence: a mean, lower for hidden and wrong joints. Each observation's
-  // sigma varies by `noise_spread` (log), and its confidence reflects it: it
-  // falls with the square of the sigma.
+  // sigma has a log-normal factor, whose log has the standard deviation
+  // `noise_spread`; its confidence is divided by the factor's square.
   double confidence = 1.0;
   double confidence_sigma = 0.0;
   double noise_spread = 0.0;

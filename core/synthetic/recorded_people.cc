@@ -51,7 +51,7 @@ double ClipTimeAt(const ClipSetting& setting, double time_s) {
   return kStartRamp * x * x * x * x * (2.5 + x * (x - 3.0));
 }
 
-// Duration of a clip in the scene.
+// Duration of a clip in the scene, the held pose included.
 double TimeInScene(const ClipSetting& setting, double clip_length_s) {
   if (setting.hold_s <= 0.0) return clip_length_s;
   if (clip_length_s >= 0.5 * kStartRamp) {
@@ -70,10 +70,10 @@ double TimeInScene(const ClipSetting& setting, double clip_length_s) {
 }
 
 // Clips have times in microseconds, scenes in nanoseconds: a time beyond a
-// clip's end by rounding is treated as the end.
+// clip's end by rounding is treated as the end [s].
 constexpr double kTimeSlack = 1e-4;
 
-// The body's sway fades before the clip moves [s].
+// Time in which the body's sway fades before the clip moves [s].
 constexpr double kSwayFade = 1.0;
 // Standing people sway less to the side than forward.
 constexpr double kSideShare = 0.6;
@@ -389,17 +389,18 @@ class RecordedActor : public Actor {
 };
 
 // Horizontal positions of all joints of a clip's people over time.
-std::vector<Vector2d> WayOf(const std::vector<RecordedMotion>& motions) {
-  std::vector<Vector2d> way;
+std::vector<Vector2d> GroundPositionsOf(
+    const std::vector<RecordedMotion>& motions) {
+  std::vector<Vector2d> positions;
   for (const RecordedMotion& motion : motions) {
     for (const KnotSpline& piece : motion.pieces) {
       for (Eigen::Index i = 0; i < piece.values().size(); i += 3) {
-        way.emplace_back(piece.values().data()[i],
-                         piece.values().data()[i + 1]);
+        positions.emplace_back(piece.values().data()[i],
+                               piece.values().data()[i + 1]);
       }
     }
   }
-  return way;
+  return positions;
 }
 
 double At(const std::vector<double>& list, size_t i) {
@@ -462,9 +463,9 @@ void AddClip(const RecordedPeopleOptions& options, const ClipRoom& room,
   Random random(seeds->Fork());
   const uint64_t joint_sway_seed = seeds->Fork();
   const uint64_t body_sway_seed = seeds->Fork();
-  const std::vector<Vector2d> way = WayOf(motions);
-  Vector2d low = way.front(), high = low;
-  for (const Vector2d& point : way) {
+  const std::vector<Vector2d> positions = GroundPositionsOf(motions);
+  Vector2d low = positions.front(), high = low;
+  for (const Vector2d& point : positions) {
     low = low.cwiseMin(point);
     high = high.cwiseMax(point);
   }
@@ -475,7 +476,7 @@ void AddClip(const RecordedPeopleOptions& options, const ClipRoom& room,
   setting.hold_sway_m = options.hold_sway_m;
   setting.joint_sway_m = options.joint_sway_m;
   double reach = 0.0;
-  for (const Vector2d& point : way) {
+  for (const Vector2d& point : positions) {
     reach = std::max(reach, (point - setting.centre_m).norm());
   }
   const double free = std::max(0.0, room.radius_m - reach);

@@ -15,8 +15,8 @@
 
 namespace kinegraph {
 
-// Table [motion]: recorded people replace simulated ones. Lists have one entry
-// per clip, in the order of `clips`.
+// The configuration's table [motion]: recorded people replace simulated ones.
+// Lists have one entry per clip, in the order of `clips`.
 struct RecordedPeopleOptions {
   std::vector<std::string> clips;  // tracks files; empty: people are simulated
   std::vector<double> start_s;     // time of appearance; not given: 0

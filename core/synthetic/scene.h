@@ -30,7 +30,7 @@ struct RingOptions {
   int64_t height_px = 720;
   double focal_px = 800.0;
   std::vector<double> distortion;  // k1 k2 p1 p2 k3 of OpenCV; empty: none
-  bool fisheye = false;            // `distortion` is k1 k2 k3 k4 of its fisheye
+  bool fisheye = false;            // OpenCV's fisheye model: k1 k2 k3 k4
 
   void Describe(OptionVisitor& visitor);
 };
@@ -53,7 +53,7 @@ struct CrowdOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Table [scene].
+// The configuration's table [scene].
 struct SceneOptions {
   int64_t seed = 1;
   int64_t people = 4;
@@ -97,7 +97,7 @@ class Actor {
   // One entry per joint of the scene's skeleton. Call this and the two below
   // only while present.
   virtual Pose3d PoseAt(double time_s) const = 0;
-  // x forward, y to the left.
+  // Origin between the hips; x forward, y to the left, z along the spine.
   virtual SegmentPose TrunkAt(double time_s) const = 0;
   // The body as an occluder.
   virtual Obstacle ObstacleAt(double time_s) const = 0;
@@ -145,7 +145,7 @@ struct SceneMoment {
   std::vector<PersonMoment> people;
 };
 
-// All people at `time`; obstacles are expensive to compute.
+// All people at `time`, with their obstacles if wanted (expensive to compute).
 SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
 
 bool IsInImage(const Camera& camera, const Eigen::Vector2d& px);

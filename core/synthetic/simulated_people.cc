@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 constexpr double kSwingShare = 0.85;    // swing as a share of a step's period
 constexpr double kHeelRiseTime = 0.22;  // before the foot leaves the ground [s]
 constexpr double kFootFlatTime = 0.13;  // after the heel strikes [s]
-// Smaller displacements are tolerated [m].
+// A foot that is off its neutral position by less stays in place [m].
 constexpr double kStepThreshold = 0.05;
 constexpr double kTurnThreshold = 0.25;  // [rad]
 constexpr double kSeatHeight = 0.3;      // of the hips, share of the stature
@@ -208,6 +208,7 @@ class SimulatedActor : public Actor {
                                 .head<2>()
                                 .norm() /
                             (2.0 * kHalf);
+    // 0.845 m: the legs of a person of the default stature of 1.72 m.
     const double leg_factor = std::sqrt(shape_.leg() / 0.845);
     return leg_factor *
            std::clamp(0.54 * std::sqrt(1.2 / std::max(speed_ms, 0.1)), 0.48,

@@ -21,7 +21,7 @@ struct FileStatus {
   int64_t size = 0;  // bytes; 0 if not applicable
   // Device and inode, which identify the file under any name.
   std::pair<uint64_t, uint64_t> number;
-  std::pair<int64_t, int64_t> changed;  // s, ns
+  std::pair<int64_t, int64_t> changed;  // contents last modified: s, ns
   unsigned permissions = 0;
 };
 // Links are followed.
@@ -69,8 +69,7 @@ int SyncFile(int descriptor);
 // Flushes the whole file system that holds a folder. Return value as for
 // SyncFile.
 int SyncTree(const std::string& folder);
-// Flushes the entry of a name in its folder. Best effort: the name already
-// exists.
+// Flushes the entry of a name in its folder. Failures are ignored.
 void SyncFolderOf(const std::string& path);
 
 // The folder that lists the open files of this process by number.
@@ -110,7 +109,7 @@ bool HasInput(int descriptor, int wait_ms = 0);
 
 // Both ends, the reading end first; false on failure.
 bool MakePipe(int ends[2]);
-// One write without retries; the rest is lost.
+// One write without retries; what it does not write is lost.
 void WriteAtOnce(int descriptor, const std::string& text);
 
 }  // namespace kinegraph

@@ -198,7 +198,8 @@ ProcessEnd RunningProgram::Wait(int most_ms) {
       end_ = EndOf(status);
       process_ = 0;
     } else if (ended < 0 && errno != EINTR) {
-      end_.not_started = errno;  // another part of the process waited for it
+      // Its exit code is lost: something else in this process waited for it.
+      end_.not_started = errno;
       process_ = 0;
     } else if (waited_ms >= most_ms) {
       kill(process, SIGKILL);

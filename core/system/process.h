@@ -25,15 +25,16 @@ struct ProcessEnd {
   bool broke_pipe() const;
 };
 
-// Runs a program by its path, in a folder, without input. Its standard output
-// is appended to the file `printed` there, its standard error replaces the file
-// `errors`. It ends when this process does.
+// Runs a program by its path, in a folder, without input, and waits for its
+// end; `words` are the path and the arguments. Standard output is appended to
+// the file `printed` in the folder, standard error replaces the file `errors`.
+// The program is ended with this process.
 ProcessEnd RunInFolder(std::vector<std::string> words,
                        const std::string& folder, const char* printed,
                        const char* errors);
 
-// Runs a program by its name, with the given standard streams. `setting`,
-// NAME=value, is set in its environment.
+// Runs a program by its name, with the given standard streams, and waits for
+// its end. `setting`, NAME=value, is set in its environment.
 ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
                           std::FILE* output, std::FILE* errors,
                           const std::string& setting);
@@ -44,12 +45,13 @@ class RunningProgram {
  public:
   RunningProgram(std::vector<std::string> words, int input, int output,
                  int errors);
-  ~RunningProgram();  // ends the program
+  ~RunningProgram();  // kills the program if it still runs
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
 
   // Waits until the program has exited; kills it after `most_ms`.
   ProcessEnd Wait(int most_ms);
+  // Whether Wait killed it.
   bool was_ended() const { return was_ended_; }
 
  private:

@@ -15,8 +15,8 @@
 //   core/io/tracks/c3d.h        ReadSegments: poses of segments (C3D)
 //   solvers/session/options.h       RunOptions: everything in a configuration
 //   solvers/session/session.h       Session: a run, frame by frame
-//   solvers/session/run.h           a whole recording at once; frozen matches
-//   core/tracking/replay.h          other smoothers on frozen matches
+//   solvers/session/run.h           a whole recording at once; FreezeTracking
+//   core/tracking/replay.h          other smoothers on the frozen matches
 //   core/tracking/estimator.h       interface of a user's own smoother
 //   solvers/factory.h               the built-in smoothers
 //   solvers/ceres/user_factor.h     a user's own factors

@@ -212,9 +212,9 @@ double UsualStep(const std::vector<TrackFrame>& frames) {
 }
 
 struct Sampling {
-  double step_s = 0.0;
+  double step_s = 0.0;  // the usual time between two frames
   size_t frames = 0;
-  int64_t block_frames = 1;
+  int64_t block_frames = 1;  // of the bootstrap
 };
 
 JointAgreement Summarise(const std::string& joint,

@@ -21,7 +21,8 @@ namespace kinegraph {
 struct PairedMotion {
   TrackSequence truth;
   TrackSequence tracks;
-  std::vector<bool> is_centre;  // one per joint: markers enclose its centre
+  // One per joint: markers enclose its centre. Set by the caller of PairMotion.
+  std::vector<bool> is_centre;
 
   // Whether the errors of a joint are pooled: those of centres, or all if there
   // is no centre.
@@ -51,8 +52,8 @@ class Calibration {
   // Sharpness: square root of the mean trace of the positive definite
   // covariances [m].
   double StatedRms() const;
-  // Mean of -log density over the same, lengths in millimetres [nat]: less is
-  // better.
+  // Mean of -log density over the positive definite covariances, lengths in
+  // millimetres [nat]: less is better.
   double LogScore() const;
 
  private:

@@ -85,6 +85,7 @@ double Correlation(const SpeedGrid& a, const SpeedGrid& b, int64_t shift,
 }
 
 // Throws unless the standard deviation of some joint's speed reaches kLeastM_S.
+// `whose`: "the tracks", for the message.
 void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   constexpr double kLeastM_S = 0.05;
   double most = 0.0;
@@ -99,12 +100,13 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   }
   if (most >= kLeastM_S) return;
   throw InputError(fmt::format(
-      "no motion to align the clocks with: no joint of {} changes its speed by "
-      "more than {:.2f} m/s; --align=world or none",
+      "no motion to align the clocks with: the speed of no joint of {} varies "
+      "by more than {:.2f} m/s (standard deviation); --align=world or none",
       whose, most));
 }
 
-// The shift at which the speeds' correlation is most significant, to one step.
+// The time shift [s] at which the speeds' correlation is most significant, to
+// one step of the grid.
 double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
                     double half_s) {
   constexpr double kStepS = 0.04;
@@ -215,9 +217,9 @@ ClockFit FitClock(const JointPaths& truth, const JointPaths& tracks,
                   bool with_drift) {
   constexpr int kMostRounds = 50;
   constexpr double kStepToleranceS = 1e-7;
-  // Both are differentiated over the same time, long enough to exclude motion
-  // that programs smooth away (above about 6 Hz) and movements of the skin at
-  // impacts.
+  // Truth and tracks are differentiated over the same time, long enough to
+  // exclude motion that programs smooth away (above about 6 Hz) and movements
+  // of the skin at impacts.
   const double half_s = std::max({truth.frame_s(), tracks.frame_s(), 0.05});
   RequireMotion(truth, half_s, "the ground truth");
   RequireMotion(tracks, half_s, "the tracks");
@@ -281,8 +283,8 @@ struct RigidFit {
   }
 };
 
-// Weighted closed form (Umeyama 1991 without scale), with weights recomputed
-// from the residuals each time. `sign` -1: the best mirror image.
+// Weighted closed form (Umeyama 1991 without scale), repeated with Huber
+// weights from the residuals. `sign` -1: the best mirror image.
 RigidFit FitRigid(const std::vector<PointPair>& pairs, double sign) {
   constexpr int kRounds = 30;
   RigidFit fit;
@@ -383,7 +385,7 @@ WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
   // Ratio of median residuals below which the mirror image counts as the true
   // one.
   constexpr double kFarBetter = 0.5;
-  constexpr double kBadM = 0.04;
+  constexpr double kBadM = 0.04;  // median residual that calls for this test
   const std::vector<PointPair> pairs = PointPairs(truth, tracks, clock, use);
   RequireExtent(pairs);
   const RigidFit fit = FitRigid(pairs, 1.0);
@@ -408,7 +410,7 @@ WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
   return world;
 }
 
-// ---- Both -------------------------------------------------------------------
+// ---- Clock and world --------------------------------------------------------
 
 // Root mean square distance of the joints from their middle, the median over
 // the frames that have all joints [m]; 0 without such frames.

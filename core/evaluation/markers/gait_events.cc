@@ -119,7 +119,7 @@ class Finder {
       const Vector3d sole = toes[i] - heels[i];
       if (sole.allFinite()) mean += sole - sole.dot(up_) * up_;
     }
-    if (mean.isZero()) mean = Way();
+    if (mean.isZero()) mean = Displacement();
     mean.normalize();
     std::vector<double> ahead;
     for (size_t i = 0; i < points.size(); ++i) {
@@ -131,7 +131,7 @@ class Finder {
   }
 
   // Horizontal displacement of the pelvis over the recording.
-  Vector3d Way() const {
+  Vector3d Displacement() const {
     std::vector<Vector3d> places;
     for (const Vector3d& place : pelvis_) {
       if (place.allFinite()) places.push_back(place);
@@ -158,7 +158,7 @@ class Finder {
       double known_s = times_s_[i];
       // Below 0 the index wraps around.
       for (size_t k = i; k < values.size(); k += static_cast<size_t>(way)) {
-        // Beyond a gap the peak may be in it.
+        // After a longer gap: the true peak may lie in the gap.
         if (std::abs(times_s_[k] - known_s) > longest_gap_s_) break;
         if (!std::isnan(values[k])) known_s = times_s_[k];
         if (std::abs(times_s_[k] - times_s_[i]) > kWindowS) {

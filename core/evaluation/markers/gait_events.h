@@ -34,12 +34,12 @@ struct FootEvents {
 FootEvents FindFootEvents(const TrackSequence& motion,
                           const Eigen::Vector3d& up);
 
-// Median time between contacts of the same foot in walking [s]; NaN for fewer
-// than two and for other motion.
+// Median time between contacts of the same foot in walking [s]; NaN if no foot
+// has two contacts, and for other motion.
 double StrideTime(const FootEvents& events);
 
-// An event of a plate, and its difference from the matched event found in the
-// motion.
+// An event of a plate, and the time by which the matched event of the motion is
+// later.
 struct TimedEvent {
   FootEvent plate;
   double found_minus_plate_s = 0.0;  // NaN: no such event within 0.15 s

@@ -102,7 +102,7 @@ MarkerSet BothSides(const std::string& name,
            {&rule.markers, &rule.along, &rule.asis, &rule.psis}) {
         for (std::string& text : *names) text = Sided(text, side);
       }
-      // A pelvis axis points inwards on the left only.
+      // From lasi to rasi is inwards for joints of the left side only.
       if (side == 'r' && rule.along == Names{"lasi", "rasi"}) {
         rule.along = {"rasi", "lasi"};
       }
@@ -202,7 +202,8 @@ Names NamesIn(const JointRule& rule) {
   return names;
 }
 
-// Positions of markers, followed by those of joints defined by rules.
+// Indices in a pose that has the markers, followed by the joints that rules
+// define.
 class Places {
  public:
   explicit Places(const Names& labels) {

@@ -50,7 +50,7 @@ TEST(ParallelForTest, MayBeCalledFromAPiece) {
   for (const std::atomic<int>& count : done) EXPECT_EQ(count, 1);
 }
 
-TEST(ParallelForTest, ThrowsThroughAPiece) {
+TEST(ParallelForTest, RethrowsTheExceptionOfANestedCall) {
   const auto outer = [](int i) {
     ParallelFor(2, 10, [&](int j) {
       if (i == 5 && j == 5) throw std::runtime_error("inner");
@@ -100,7 +100,8 @@ TEST(StopCheckTest, EndsTheWorkOfAllThreads) {
   }
 }
 
-// The caller has no pieces left while others still work.
+// The caller has no pieces left while a helper still works: only the check on
+// the caller's thread ends the helper's piece.
 TEST(StopCheckTest, IsPolledWhileWaiting) {
   const std::thread::id caller = std::this_thread::get_id();
   std::atomic<bool> stopped{false};

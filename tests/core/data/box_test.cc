@@ -52,7 +52,7 @@ TEST(Box, DiagonalMatchesHandComputedValues) {
   EXPECT_EQ(DiagonalPx(BoxOf(10.0, 5.0, 10.0, 45.0)), 40.0);
 }
 
-TEST(Box, GapIsTheLargerOfBothAxes) {
+TEST(Box, GapIsTheLargerOfTheGapsAlongXAndY) {
   const Eigen::AlignedBox2d box = BoxOf(0.0, 0.0, 10.0, 20.0);
   // To the right, to the left, below, above and diagonally.
   EXPECT_EQ(GapPx(box, BoxOf(13.0, 5.0, 15.0, 6.0)), 3.0);

@@ -139,7 +139,7 @@ TEST(PoseCheck, OneCameraSetsNoLimitOfPositions) {
   EXPECT_NE(written.Fault(), "");
 }
 
-TEST(PoseCheck, CovariancesArePositiveDefiniteUpToRounding) {
+TEST(PoseCheck, CovariancesArePositiveSemidefiniteUpToRounding) {
   const Eigen::Vector3d u = Eigen::Vector3d(1.0, 2.0, 3.0).normalized();
   const Eigen::Vector3d v = u.unitOrthogonal();
   const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
@@ -154,8 +154,8 @@ TEST(PoseCheck, CovariancesArePositiveDefiniteUpToRounding) {
     written.SetCovariance(covariance);
     EXPECT_EQ(written.Fault(), "") << covariance;
   }
-  // Not positive definite by more than rounding (1e-9 of the largest entry),
-  // not symmetric, or not finite.
+  // Zero, with an eigenvalue below 0 by more than rounding (1e-9 of the largest
+  // entry), not symmetric, or not finite.
   for (const Eigen::Matrix3d& covariance :
        {Eigen::Matrix3d(-identity), Eigen::Matrix3d::Zero().eval(),
         Eigen::Matrix3d(flat - 1e-6 * identity), skewed, infinite}) {

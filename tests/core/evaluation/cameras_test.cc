@@ -71,7 +71,7 @@ TEST(CamerasTest, AnotherWorldFrameAddsNoError) {
     const CameraResult result =
         EvaluateCameras(rig, "truth", Elsewhere(rig, 1.0), "found");
     EXPECT_NEAR(result.te_m, 0.0, 1e-9);
-    EXPECT_NEAR(result.ae_deg, 0.0, 1e-5);  // acos near one
+    EXPECT_NEAR(result.ae_deg, 0.0, 1e-5);  // far above rounding
     EXPECT_EQ(result.rra[0].fraction(), 1.0);
     EXPECT_EQ(result.cca[0].fraction(), 1.0);
   }

@@ -63,7 +63,7 @@ TrackSequence WithoutTimes(TrackSequence tracks) {
   return tracks;
 }
 
-int64_t Met(const FramePairing& pairing) {
+int64_t CountPaired(const FramePairing& pairing) {
   int64_t count = 0;
   for (const FramePair& pair : pairing.pairs) {
     count += pair.truth != nullptr && pair.tracks != nullptr ? 1 : 0;
@@ -113,7 +113,7 @@ TEST(PairFramesTest, MeasuresDoNotDependOnFrameRates) {
     const TrackSequence truth = of(rates.truth_hz);
     const TrackSequence tracks = of(rates.tracks_hz);
     const FramePairing pairing = PairFrames(truth, tracks);
-    EXPECT_EQ(static_cast<double>(Met(pairing)), instants);
+    EXPECT_EQ(static_cast<double>(CountPaired(pairing)), instants);
     ASSERT_EQ(pairing.notes.size(), 1u);
     EXPECT_THAT(pairing.notes[0], HasSubstr("paired by time"));
 
@@ -126,7 +126,7 @@ TEST(PairFramesTest, MeasuresDoNotDependOnFrameRates) {
     EXPECT_EQ(identity.Idf1(), 1.0);
     const ParityResult parity = EvaluateParity(truth, tracks);
     EXPECT_EQ(parity.near.count, parity.near.total);
-    EXPECT_EQ(parity.paired_person_frames, Met(pairing));
+    EXPECT_EQ(parity.paired_person_frames, CountPaired(pairing));
     const Share covered = EvaluateCoverage(truth, tracks);
     EXPECT_EQ(covered.count, covered.total);
     PcpProtocol protocol = ShelfProtocol();
@@ -134,7 +134,7 @@ TEST(PairFramesTest, MeasuresDoNotDependOnFrameRates) {
     const Share parts =
         PooledParts(EvaluatePcp(truth, tracks, protocol), PcpGroup::kTotal);
     EXPECT_EQ(parts.count, parts.total);
-    EXPECT_EQ(parts.total, 10 * Met(pairing));
+    EXPECT_EQ(parts.total, 10 * CountPaired(pairing));
     EXPECT_LT(EvaluatePanoptic(truth, tracks).mpjpe_m, 1e-6);
   }
 }
@@ -181,7 +181,7 @@ TEST(PairFramesTest, ErrorNamesRatesWithoutACommonInstant) {
 TEST(PairFramesTest, TimesInMillisecondsAreTheSameInstants) {
   const TrackSequence truth = Walk({90.0, 360, 0, 0.0, 1e-3});
   const TrackSequence tracks = Walk({30.0, 120, 0, 0.0, 1e-3});
-  EXPECT_EQ(Met(PairFrames(truth, tracks)), 120);
+  EXPECT_EQ(CountPaired(PairFrames(truth, tracks)), 120);
 }
 
 TEST(PairFramesTest, FrameNumbersMayBeginDifferently) {
@@ -193,7 +193,7 @@ TEST(PairFramesTest, FrameNumbersMayBeginDifferently) {
     const FramePairing pairing = PairFrames(truth, tracks);
     // If times begin at zero at frame 50, the numbers are used instead.
     const int64_t shift = first_frame == 1 ? 0 : 50;
-    EXPECT_EQ(Met(pairing), 100 - shift);
+    EXPECT_EQ(CountPaired(pairing), 100 - shift);
     for (const FramePair& pair : pairing.pairs) {
       if (pair.truth == nullptr) continue;
       EXPECT_EQ(pair.frame, pair.truth->frame - first_frame + shift);
@@ -201,7 +201,7 @@ TEST(PairFramesTest, FrameNumbersMayBeginDifferently) {
     EXPECT_EQ(pairing.notes.size(), first_frame == 1 ? 1u : 0u);
   }
   const FramePairing cut = PairFrames(Walk({25.0, 50, 0, 1.0}), Walk({}));
-  EXPECT_EQ(Met(cut), 50);
+  EXPECT_EQ(CountPaired(cut), 50);
   ASSERT_EQ(cut.notes.size(), 1u);
   EXPECT_THAT(cut.notes[0],
               HasSubstr("frame 25 of the tracks has the time of frame 0"));
@@ -213,7 +213,7 @@ TEST(PairFramesTest, JitteringClocksPairByTheNearestTime) {
     tracks.frames[k].time += (k % 3 == 0 ? -1 : 1) * 7'000'000;  // 7 of 40 ms
   }
   const FramePairing pairing = PairFrames(Walk({}), tracks);
-  EXPECT_EQ(Met(pairing), 100);
+  EXPECT_EQ(CountPaired(pairing), 100);
   EXPECT_THAT(pairing.notes, IsEmpty());
   for (TrackFrame& frame : tracks.frames) frame.time += 5'000'000;
   const FramePairing late = PairFrames(Walk({}), tracks);
@@ -249,11 +249,11 @@ TEST(PairFramesTest, PausesArePairedByTime) {
     if (pair.truth == nullptr || pair.tracks == nullptr) continue;
     EXPECT_EQ(pair.truth->time, pair.tracks->time);
   }
-  EXPECT_EQ(Met(pairing), 60);
+  EXPECT_EQ(CountPaired(pairing), 60);
 }
 
 TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
-  // Neither times nor numbers reveal different rates.
+  // Without times only the numbers of frames hint at different rates.
   EXPECT_THAT(PairFrames(WithoutTimes(Walk({50.0, 200})), Walk({})).notes,
               ElementsAre(HasSubstr("no times of the ground truth")));
   EXPECT_THAT(PairFrames(Walk({}), WithoutTimes(Walk({50.0, 200}))).notes,
@@ -275,18 +275,18 @@ TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
   back.frames[50].time = 0;
   const FramePairing pairing = PairFrames(Walk({}), back);
   EXPECT_FALSE(pairing.is_by_time);
-  EXPECT_THAT(pairing.notes, ElementsAre(HasSubstr("step back")));
+  EXPECT_THAT(pairing.notes, ElementsAre(HasSubstr("do not always increase")));
   // No time in common, as with times since 1970.
   const FramePairing epoch = PairFrames(Walk({}), Walk({25.0, 100, 0, 1e9}));
   EXPECT_FALSE(epoch.is_by_time);
-  EXPECT_EQ(Met(epoch), 100);
+  EXPECT_EQ(CountPaired(epoch), 100);
   EXPECT_THAT(epoch.notes, ElementsAre(HasSubstr("no time in common")));
 }
 
-TEST(PairFramesTest, EmptyAndSingleFrameRecordings) {
+TEST(PairFramesTest, EmptyRecordingsPairNothingAndSingleFramesPair) {
   EXPECT_TRUE(PairFrames(Tracks({}), Tracks({})).pairs.empty());
   EXPECT_EQ(PairFrames(Walk({}), Tracks({})).truth_frames, 100);
-  EXPECT_EQ(Met(PairFrames(Walk({25.0, 1}), Walk({25.0, 1}))), 1);
+  EXPECT_EQ(CountPaired(PairFrames(Walk({25.0, 1}), Walk({25.0, 1}))), 1);
 }
 
 TEST(NumberFramesLikeTest, KeepsOnlyTheInstantsOfTheReference) {

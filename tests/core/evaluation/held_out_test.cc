@@ -99,7 +99,7 @@ TEST(HeldOutTest, ErrorsAreCappedAndTruncated) {
 
 TEST(HeldOutTest, JointsOfMissingPeopleCostTheCap) {
   const HeldOutSummary summary =
-      Summarise(Scene().Score(Tracks({Frame(0, {})})));  // without frame 1
+      Summarise(Scene().Score(Tracks({Frame(0, {})})));  // frame 1 is missing
   EXPECT_EQ(summary.figure_px(HeldOutFigure::kMedian), 100.0);
   EXPECT_EQ(summary.predicted.count, 0);
   EXPECT_EQ(summary.predicted.total, 28);

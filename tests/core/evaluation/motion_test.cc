@@ -78,7 +78,8 @@ TEST(MotionTest, RequiresAFrameRate) {
 
 TEST(CoverageTest, CountsTruePeopleWithAPoseNearby) {
   const TrackSequence truth = Standing("0@0 1@4 | 0@0");
-  const TrackSequence tracks = Standing("7@0.5 8@4.75");  // 7: at the gate
+  // Identity 7 is exactly at the gate of 0.5 m, 8 beyond it.
+  const TrackSequence tracks = Standing("7@0.5 8@4.75");
   const Share covered = EvaluateCoverage(truth, tracks);
   EXPECT_EQ(covered.count, 1);
   EXPECT_EQ(covered.total, 3);

@@ -62,8 +62,9 @@ TEST(PcpTest, PerfectPredictionScoresAllParts) {
   EXPECT_EQ(MeanOfActors(result, PcpGroup::kTotal), 100.0);
 }
 
-// The lower leg is 0.5 m long: its limit is 0.25 m.
-TEST(PcpTest, LimitsOfTheEndpointRules) {
+// The lower leg is 0.5 m long: the limit of an end's error, or of the mean of
+// both, is 0.25 m.
+TEST(PcpTest, EndpointRulesIncludeTheLimitUnlessStrictlyLess) {
   const Names leg = {"r_lower_leg"};
   PcpProtocol mean = Plain(), each = Plain();
   each.endpoints = EndpointRule::kEach;

@@ -71,8 +71,8 @@ inline TrackSequence Alone(const Pose3d& pose = StandingTum14(), int64_t id = 0,
   return tracks;
 }
 
-// Frames 0, 1, ... of standing people, ID@POSITION [m]: "0@0 1@3 | 0@0" are two
-// frames.
+// Frames 0, 1, ... of people standing on the x axis, ID@X [m]: "0@0 1@3 | 0@0"
+// are two frames.
 inline TrackSequence Standing(const std::string& text) {
   TrackSequence tracks = Tracks({Frame(0, {})});
   std::istringstream words(text);

@@ -27,7 +27,7 @@ TEST(ShareTest, AddsUp) {
   EXPECT_EQ(share.total, 5);
 }
 
-TEST(StatisticsTest, MeanAndSpread) {
+TEST(StatisticsTest, MeanAndDeviationMatchHandComputedValues) {
   EXPECT_EQ(Mean({1.0, 3.0}), 2.0);
   EXPECT_EQ(StandardDeviation({1.0, 3.0}), 1.0);
   EXPECT_TRUE(std::isnan(Mean({})));
@@ -179,7 +179,7 @@ TEST(BootstrapTest, NoUnitsGiveNaN) {
 }
 
 TEST(BootstrapTest, MeanOfRatiosWeighsSeriesEqually) {
-  // One of one frame and one of four frames: the mean of 100 % and 25 %.
+  // A series of one frame and one of four: the mean of 100 % and 25 %.
   EXPECT_DOUBLE_EQ(
       MeanOfRatios({Series({1.0}), Series({1.0, 0.0, 0.0, 0.0}), {}}), 0.625);
 }

@@ -85,7 +85,7 @@ TEST(CheckWorldTest, ReportsSubjectsThatTheGateDoesNotSuit) {
   EXPECT_EQ(text(0.5), "");
   // The box around a person is 1.75 m high and 0.5 m wide.
   EXPECT_THAT(text(0.05), HasSubstr("extend over 0.091 m"));
-  EXPECT_THAT(text(0.05), HasSubstr("also one beside them"));
+  EXPECT_THAT(text(0.05), HasSubstr("even a track beside them"));
   EXPECT_THAT(text(10.0), HasSubstr("may not"));
   Pose3d point(14);
   point[0] = Observed(1.0, 2.0, 0.0);

@@ -293,7 +293,7 @@ TEST(JointAngleIntervals, SpreadMatchesSampling) {
     const double seen = std::sqrt(sampled.square_sum / kSamples);
     // 10000 samples determine a spread to 1 / sqrt(20000) = 0.7 %; second-order
     // effects of errors of 5 mm on segments of 0.25 m or more are below 1 %.
-    // The tolerance is 4 sigmas plus these.
+    // The tolerance is 4 sigmas (2.8 %) plus these effects.
     EXPECT_NEAR(stated / seen, 1.0, 0.04) << name;
     const double covered = static_cast<double>(sampled.covered) / kSamples;
     // sqrt(0.95 * 0.05 / 10000) = 0.2 %: 4 sigmas, and second-order effects.
@@ -301,8 +301,8 @@ TEST(JointAngleIntervals, SpreadMatchesSampling) {
   }
 }
 
-// The angle of a straight limb can only grow, that of a folded one only shrink:
-// the interval must still cover it.
+// Errors can only increase the angle of a straight limb and only decrease that
+// of a folded one: the interval must still contain the true angle.
 TEST(JointAngleIntervals, CoverStraightLimbs) {
   Random random(8);
   for (const double bend_deg : {0.0, 1.0, 2.0, 3.0, 5.0, 8.0}) {
@@ -315,6 +315,7 @@ TEST(JointAngleIntervals, CoverStraightLimbs) {
     for (const char* name : {"l_knee_flexion", "r_elbow_flexion"}) {
       const double covered =
           static_cast<double>(sampled.at(name).covered) / kSamples;
+      // 95 %, less 4 sigmas of sampling (0.9 %) and second-order effects.
       EXPECT_GT(covered, 0.935) << name << " bent by " << bend_deg;
     }
   }

@@ -131,7 +131,7 @@ TEST(SkeletonTest, AreFoundByJointsAndBySize) {
   EXPECT_TRUE(SkeletonsOfSize(24).empty());
 }
 
-TEST(SkeletonTest, FeetAndHandsDoNotAssociate) {
+TEST(SkeletonTest, FeetAndHandsAreNoAssociationJoints) {
   EXPECT_EQ(Body25().association_joints().size(), 17u);
   EXPECT_EQ(Halpe26().association_joints().size(), 17u);
   EXPECT_EQ(MediaPipe33().association_joints().size(), 17u);
@@ -161,7 +161,7 @@ TEST(SkeletonTest, HumansHaveALimbAndNoTail) {
 }
 
 // A mouse shares twelve names with COCO-17.
-TEST(SkeletonTest, AllJointsOfAnAnimalAssociate) {
+TEST(SkeletonTest, AllJointsOfAnAnimalAreAssociationJoints) {
   std::vector<std::string> joints = {"snout", "tail_base"};
   for (const std::string side : {"l_", "r_"}) {
     for (const char* part :

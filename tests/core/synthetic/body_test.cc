@@ -154,7 +154,7 @@ double Distance(const Vector3d& p0, const Vector3d& p1, const Vector3d& q0,
   return std::sqrt(SquaredSegmentDistance(p0, p1, q0, q1));
 }
 
-TEST(SegmentDistance, CrossedParallelAndEnds) {
+TEST(SegmentDistance, MatchesHandComputedValues) {
   const Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
   // Crossing lines two apart.
   EXPECT_NEAR(Distance(-x, x, 2 * z - y, 2 * z + y), 2.0, 1e-12);

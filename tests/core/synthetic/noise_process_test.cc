@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kFrames = 400000;
 
-TEST(MarkovBursts, RateAndMeanLength) {
+TEST(MarkovBursts, HaveTheRequestedRateAndMeanLength) {
   for (const auto& [rate, frames] : {std::pair{0.05, 0.0},
                                      {0.05, 6.0},
                                      {0.3, 4.0},
@@ -65,7 +65,8 @@ TEST(MarkovBursts, ARateThatChangesHoldsInItsFrames) {
     const size_t k = i / kRun % 2;
     on[k] += bursts.Step(kRates[k], kBurst, &random) ? 1.0 : 0.0;
   }
-  // As above; the lower rate has the slower chain.
+  // Tolerance as in the first test, with the slower chain of the two rates: q
+  // is less at the lower rate.
   const double q = 1.0 / (kBurst * (1.0 - kRates[0]));
   for (size_t k = 0; k < 2; ++k) {
     const double variance = kRates[k] * (1.0 - kRates[k]) / (kFrames / 2);

@@ -667,8 +667,8 @@ TEST(Noise, ClockOffsetsShiftTheSampledTime) {
   const auto offset = [](size_t v) -> TimeNs {
     return v == 1 ? 350000000 : (v == 2 ? -400000000 : 0);
   };
-  for (const bool told : {true, false}) {
-    options.tell_times = told;
+  for (const bool tell_times : {true, false}) {
+    options.tell_times = tell_times;
     ObservationTruth truth;
     const DetectionSequence seen = Observe(scene, options, &truth);
     ExpectSeenAt(scene, seen, truth, [&](size_t f, size_t v) {
@@ -678,7 +678,7 @@ TEST(Noise, ClockOffsetsShiftTheSampledTime) {
                  [&](size_t f, size_t v, const auto&, const auto&) {
                    EXPECT_EQ(seen.frames[f].time, scene.times[f]);
                    EXPECT_EQ(seen.frames[f].views[v].capture_time,
-                             scene.times[f] + (told ? offset(v) : 0));
+                             scene.times[f] + (tell_times ? offset(v) : 0));
                  });
   }
 }

@@ -376,7 +376,7 @@ TEST(RecordedPeople, ErrorsNameOptionsThatDoNotFitTheClips) {
                OptionError);
 }
 
-TEST(RecordedPeople, NobodyWalksIntoACamera) {
+TEST(RecordedPeople, RefusesAPersonNearACamera) {
   RecordedPeopleOptions options = InPlace();
   options.x_m = {6.5};
   SceneOptions scene;

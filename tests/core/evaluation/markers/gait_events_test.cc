@@ -45,15 +45,15 @@ std::vector<Pose3d> Walking() {
   return poses;
 }
 
-// Checks the times of the events of such a walk and returns the number of
-// contacts of the left foot.
+// Checks the times of the events in the motion of Walking() and returns the
+// number of contacts of the left foot.
 int LeftContacts(const FootEvents& found) {
   EXPECT_TRUE(found.is_walk);
   int left_contacts = 0;
   for (const FootEvent& event : found.events) {
-    const double sine_at = event.time_s - std::floor(event.time_s);
+    const double phase = event.time_s - std::floor(event.time_s);
     const bool is_front = (event.foot == Foot::kLeft) == event.is_contact;
-    EXPECT_NEAR(sine_at, is_front ? 0.25 : 0.75, 1e-3) << event.time_s;
+    EXPECT_NEAR(phase, is_front ? 0.25 : 0.75, 1e-3) << event.time_s;
     left_contacts += event.foot == Foot::kLeft && event.is_contact ? 1 : 0;
   }
   return left_contacts;

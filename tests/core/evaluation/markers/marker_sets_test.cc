@@ -145,7 +145,7 @@ TEST(MarkerSets, DocumentedLabelListsGiveAllJoints) {
   }
 }
 
-TEST(MarkerSets, MidpointsAndMissingMarkers) {
+TEST(MarkerSets, JointsAreMidpointsAndMissingIfAMarkerIs) {
   TrackSequence markers = OneFrame({{"LKneeOut", {0.0, 0.0, 0.5}},
                                     {"LKneeIn", {0.1, 0.0, 0.5}},
                                     {"LAnkleOut", {0.0, 0.0, 0.1}},
@@ -225,7 +225,7 @@ TEST(MarkerSets, LabelsMayDifferInLettersBeyondAscii) {
   EXPECT_THAT(joints.lacking[0], HasSubstr("膝中"));
 }
 
-TEST(MarkerSets, HipsByRegression) {
+TEST(MarkerSets, RegressionHipsMatchHandComputedValues) {
   const TrackSequence markers = OneFrame(Pelvis());
   const MarkerJoints joints = JointsOfMarkers(
       markers,
