@@ -1,8 +1,8 @@
 #!/bin/bash
 # Checks that take too long for every change; `./kinegraph test --all` runs them
-# after all tests. Prints one line per step: outcome, seconds, title. Its output
-# is in BUILD/all/STEP.log. A step that lacks a program or package is skipped
-# and names it.
+# after all tests. Prints one line per step: outcome, seconds, title. The output
+# of a step is in BUILD/all/STEP.log. A step whose programs are not all installed
+# is skipped; its line names those that are missing.
 #
 #   tests/all.sh BUILD [STEP...]     default: every step
 set -uo pipefail

@@ -249,7 +249,8 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 
 namespace {
 
-// Counts over the solves for people whose tracks have ended, successful or not.
+// Counts over all solves, successful or not, for people whose tracks have
+// ended.
 Json SolverJson(const RunSummary& run) {
   const SolveCounts& counts = run.solves;
   return {{"name", run.solver},
@@ -362,8 +363,8 @@ std::string RefinementText(const ReadyRecording& recording) {
   std::string text;
   if (!lags.empty()) {
     text += fmt::format(
-        "clock offsets in whole frames (VIEW +n: frame k of the first view "
-        "corresponds to frame k + n of VIEW): {}\n",
+        "clock offsets in whole frames of the detections (VIEW +n: the k-th "
+        "frame of the first view corresponds to the (k + n)-th of VIEW): {}\n",
         fmt::join(lags, ", "));
   }
   for (const RefineStep& step : refinement.steps) {

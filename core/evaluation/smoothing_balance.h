@@ -81,7 +81,8 @@ struct SmoothingBalance {
 // Spectra of segments of one second, at least eight frames, with half overlap,
 // each detrended and tapered by a Hann window (Welch, 1967), in bands of half
 // an octave. A segment counts if at most a fifth of its frames and no more than
-// 0.1 s in a row lack one of the three signals; these frames are interpolated.
+// 0.1 s in a row lack one of the three signals, or have a detection farther than
+// 0.25 m from the triangulation; these frames are interpolated.
 class SmoothingSpectra {
  public:
   explicit SmoothingSpectra(double rate_hz);
@@ -96,8 +97,8 @@ class SmoothingSpectra {
 
   // The balance of that joint of all people. The excess of the squared error
   // over the attainable one counts as noise kept if E[a* a] - |E[u* a]| is at
-  // least half of it: this is 0 for the Wiener filter and for filters that only
-  // remove or delay motion.
+  // least half of it: this is 0 for the Wiener filter and at most 0 if motion
+  // is removed or delayed and no noise kept.
   SmoothingBalance OfJoint(int joint) const;
 
  private:

@@ -102,7 +102,7 @@ TEST_F(CalibrateTest, RefusesAFormatWithoutLensesAtOnce) {
   EXPECT_FALSE(fs::exists(Path("tum")));
 }
 
-// Lengths in millimetres instead of metres, and overflows.
+// Lengths in millimetres instead of metres, a huge one and a negative one.
 TEST_F(CalibrateTest, RefusesLengthsOutOfRange) {
   const std::string detections = DetectionsOf(0.5);
   for (const std::string length :

@@ -120,8 +120,8 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   // In each resample the same frames are drawn for both modes.
   EXPECT_LE(mean.high, 0.88);
   EXPECT_LE(p90.high, 0.80);
-  // The smaller error is not due to fewer tracked people: as many of the same
-  // detections are matched.
+  // The smaller error is not due to fewer tracked people: of the same
+  // detections, at least as many are matched.
   EXPECT_EQ(of_graph.paired.total, of_paper.paired.total);
   EXPECT_GE(of_graph.paired.count, of_paper.paired.count);
 }
@@ -136,8 +136,9 @@ TEST(GraphModeTest, IsSmootherThanPaperModeAndNoLessAccurate) {
   motion.frames = ShelfProtocol().frames;
   const MotionResult moves_paper = EvaluateMotion(paper, 25.0, motion);
   const MotionResult moves_graph = EvaluateMotion(graph, 25.0, motion);
-  // Required beforehand, as above: a quarter of paper mode's acceleration, bone
-  // lengths that vary by 7 mm, and 0.92 of its error against the annotation.
+  // Required before graph mode was written: at most a quarter of paper mode's
+  // acceleration, bone lengths that vary by at most 7 mm, and at most 0.92 of
+  // paper mode's error against the annotation.
   EXPECT_LE(moves_graph.acceleration_m_s2,
             0.25 * moves_paper.acceleration_m_s2);
   EXPECT_LE(moves_graph.bone_length_spread_m, 0.007);

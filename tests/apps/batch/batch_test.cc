@@ -65,7 +65,7 @@ TEST(BatchTest, SingleTasksEqualTheWholeBatchByteForByte) {
     Done("batch", study.Flags("single", "--task=" + task));
   }
   EXPECT_FALSE(fs::exists(study.Path("single/batch.md")));
-  // The results contain the manifest.
+  // The manifest is stored with the results.
   Done("batch", "--merge --out=" + study.Path("single"));
   study.ExpectSameFiles("all", "single");
 }

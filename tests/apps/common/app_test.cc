@@ -87,7 +87,7 @@ TEST_F(CommandLine, RefusesUnknownFlagsAndNamesTheNearest) {
   EXPECT_THAT(Refusal({"--tset_out=x"}), HasSubstr("did you mean --test_out?"));
   EXPECT_THAT(Refusal({"--elephant"}), Not(HasSubstr("did you mean")));
   EXPECT_THAT(Refusal({"--notest_out"}), HasSubstr("unknown flag"));
-  // Flags of libraries are not offered.
+  // Flags of libraries are refused like unknown ones.
   for (const std::string flag : {"--elephant", "--flagfile", "--log_dir"}) {
     EXPECT_THAT(Refusal({flag + "=x"}), HasSubstr("unknown flag " + flag));
   }
@@ -128,7 +128,7 @@ TEST_F(CommandLine, RefusesArgumentsThatAreNotFlags) {
     EXPECT_THAT(Refusal({stray}), HasSubstr("found '" + stray + "'"));
   }
   EXPECT_THAT(Refusal({"--", "--test_out=a"}), HasSubstr("--test_out=a"));
-  // A boolean takes no second argument.
+  // A boolean takes no value from the next argument.
   EXPECT_THAT(Refusal({"--test_loud", "true"}), HasSubstr("found 'true'"));
 }
 

@@ -141,7 +141,8 @@ TEST(IdentityTest, PosesOnHiddenPeopleAreNoFalsePositives) {
   for (Joint3d& joint : truth.frames[1].people[0].joints) {
     joint.status = JointStatus::kInferred;
   }
-  // The hidden person is found, not found, or found twice.
+  // The hidden person is found, not found, or found twice: only the second of
+  // two poses is a false positive.
   for (const char* found :
        {"1@0 | 1@0 | 1@0", "1@0 | | 1@0", "1@0 | 1@0 2@0 | 1@0"}) {
     SCOPED_TRACE(found);

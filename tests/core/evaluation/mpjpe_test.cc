@@ -154,7 +154,7 @@ TEST(ConsistencyTest, MatchesHandComputedValues) {
   EXPECT_NEAR(result.all.nees_per_dof, 13.0 / 13.0 / 3.0, 1e-9);
 }
 
-TEST(ConsistencyTest, MissingOrIndefiniteCovariancesCoverNothing) {
+TEST(ConsistencyTest, MissingCovariancesDoNotCountAndNegativeOnesCoverNothing) {
   const TrackSequence truth = Alone();
   const ConsistencyResult without = EvaluateConsistency(truth, truth);
   EXPECT_EQ(without.observed.count, 14);

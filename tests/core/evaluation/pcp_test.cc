@@ -118,9 +118,9 @@ TEST(PcpTest, MissingJointsMakePartsWrong) {
 }
 
 TEST(PcpTest, TorsoEndsAtTheMiddleOfTheHips) {
-  // The torso is 0.5 m long. One hip off by 1 moves the middle by 0.5, whose
-  // mean with a perfect head bottom is 0.25: the limit. The upper leg's mean is
-  // 0.5.
+  // The torso is 0.5 m long. One hip off by 1 m moves the middle by 0.5 m, whose
+  // mean with a perfect head bottom is 0.25 m: the limit. The upper leg's mean
+  // is 0.5 m.
   EXPECT_EQ(Lost(Forward(2, 1.0)), Names{"r_upper_leg"});
   EXPECT_EQ(Lost(Forward(2, 1.0 + 0x1p-10)), (Names{"r_upper_leg", "torso"}));
 }
@@ -323,8 +323,8 @@ TEST(HeadConversionTest, MatchesHandComputedValues) {
 }
 
 TEST(HeadConversionTest, WeightsApplyToWorldAxes) {
-  // If the head faces +x, the forward offset has another factor: 0.78 instead
-  // of 0.5.
+  // If the head faces +x, the forward offsets have other factors: 0.78 instead
+  // of 0.5 for the top, and 0.3 instead of 0.4 for the bottom.
   Pose3d pose = CocoPerson();
   pose[0] = Observed(0.2, 0.0, 1.7);
   const Pose3d converted = Tum14Converter(Coco17(), HeadConversion::kChu)(pose);
