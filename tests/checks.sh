@@ -2,13 +2,15 @@
 # Checks of .ci/run other than the tests: tests/checks.sh CHECK BUILD
 #   tidy     clang-tidy's findings are errors in lines that changed since
 #            KINEGRAPH_CI_BASE (default: the commit before this one)
-#   single   compiles every source of solvers and commands separately, without
-#            unity builds (the sanitizers compile core in this way)
+#   single   compiles every source of solvers, commands and the Python module
+#            separately, without unity builds (the sanitizers compile core in
+#            this way)
 #   corpora  replays every input that once failed, and fuzzes each reader briefly
 #            with libFuzzer
 #   readers  tests of core/io under Clang's address and undefined-behaviour
 #            sanitizers
-#   units    tests of the rest of core under these sanitizers
+#   units    tests of the rest of core under these sanitizers, except those of
+#            core/tracking and core/kinematics
 # The last line states the result, or what is missing (exit code 77).
 set -uo pipefail
 # In an empty environment bash sets PATH without exporting it; cmake needs it.

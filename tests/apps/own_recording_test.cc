@@ -345,7 +345,7 @@ std::string WithLateView(const std::string& detections, size_t frames_late) {
   return late;
 }
 
-// The configuration from `init` refines displaced cameras, and the clock of a
+// The configuration from `init` refines rotated cameras, and the clock of a
 // camera that started late; a good recording is not changed.
 TEST_F(SmallRecording, InitEnablesRefinementWhereNeeded) {
   Make("coco", "coco17", 3, 6.0);

@@ -25,7 +25,7 @@ foreach(header core/io/files/atomic_file.h apps/common/app.h)
     message(FATAL_ERROR "the internal header ${header} was installed")
   endif()
 endforeach()
-# Public headers are few and do not include the solvers' libraries.
+# Public headers are few and do not include Ceres or nlohmann/json.
 file(GLOB_RECURSE headers ${prefix}/include/kinegraph/*.h)
 list(LENGTH headers count)
 if(count GREATER 60)

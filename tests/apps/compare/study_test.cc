@@ -112,7 +112,7 @@ TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
   EXPECT_EQ(study["holds"]["takes"], 3);
   EXPECT_EQ(study["strategies"]["butterworth"]["difference_px"]["takes"], 3);
   for (const auto& [name, recording] : study["takes"].items()) {
-    // The cut-off is one of the grid's, not the configuration's default.
+    // One value was tuned: the cut-off.
     const Json& score = recording["strategies"]["butterworth"];
     EXPECT_EQ(score["values"].size(), 1u) << name;
     EXPECT_GT(score["held_out_mean_px"], 0.0);

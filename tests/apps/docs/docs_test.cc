@@ -33,7 +33,7 @@ TEST(DocsTest, ConfigurationPageListsEveryKey) {
 // another.
 TEST(DocsTest, NumberOfKeysIsLimited) {
   EXPECT_LE(KeysOf<RunOptions>().size(), 130u);
-  // A list of keys without the everyday ones.
+  // A list that lacks the everyday keys cannot be sorted into tables.
   EXPECT_THROW(KeyTables(KeysOf<SynthesisOptions>()), std::logic_error);
 }
 

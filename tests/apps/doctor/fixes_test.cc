@@ -33,8 +33,8 @@ std::vector<Case> Cases() {
   return {
       {"view_rate",
        [](FaultyScene* scene) {
-         // The other views lose every second image, so their frames count at
-         // half the rate.
+         // All views but view 1 lose every second image. The stated rate is
+         // theirs, half of that of view 1.
          auto& frames = scene->detections.frames;
          for (size_t k = 0; k < frames.size(); ++k) {
            for (size_t v = 0; v < 4; ++v) {
@@ -173,8 +173,8 @@ TEST_P(Fixes, RunAsPrintedAndResolveTheFinding) {
   }
 }
 
-// The advice of `track` on a rotated camera is a command that runs unchanged
-// and identifies that camera.
+// The advice of `track` on a rotated camera is a command that runs (here with
+// another --out) and finds the recording suspect.
 TEST(Advice, CommandPrintedByTrackRuns) {
   const testing::TemporaryFolder folder;
   Files files(folder.path().string());

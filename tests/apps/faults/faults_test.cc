@@ -259,7 +259,7 @@ TEST(FolderTest, AFailedRunLeavesNoEmptyFolders) {
   EXPECT_THAT(NamesIn(folder.path()), IsEmpty());
 }
 
-TEST(FolderTest, ReadOnlyFilesAndFoldersAreErrors) {
+TEST(FolderTest, AReadOnlyFileSystemIsAnError) {
   if (geteuid() == 0 && !CanMount()) GTEST_SKIP() << "root may write anywhere";
   const TemporaryFolder folder;
   const std::string line =

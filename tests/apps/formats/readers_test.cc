@@ -515,7 +515,7 @@ void ExpectCocoPerson(const Detection& person, const Json& entry) {
     for (size_t axis = 0; axis < 2; ++axis) {
       const double px = numbers[3 * j + axis];
       EXPECT_EQ(px, joint.px[static_cast<Eigen::Index>(axis)]) << "bit for bit";
-      // The sum of box and side may be rounded.
+      // The sum of the box's corner and side may be rounded.
       EXPECT_TRUE(px >= box[axis] && px <= box[axis] + box[axis + 2] + 1e-9);
     }
   }

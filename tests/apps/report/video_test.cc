@@ -40,7 +40,7 @@ PageInput EmptyRecording() {
   for (int f = 0; f < kPictures; ++f) {
     TrackFrame frame;
     frame.frame = kFirstPicture + f;
-    // A nominal rate of 30 Hz for 29.97 Hz.
+    // The tracks state 30 Hz; the videos have 29.97 Hz.
     frame.time = FrameClock(30.0).TimeOf(frame.frame);
     tracks.frames.push_back(frame);
   }

@@ -16,7 +16,7 @@ TEST(FrameRunsTest, MergesConsecutiveFramesAndCountsTheRest) {
   EXPECT_EQ(FrameRuns({1, 3, 4, 6, 8, 9}, 2), "1, 3-4 and 3 more");
 }
 
-// Two results with known scores in a separate benchmark.
+// Two results with known scores, in a benchmark made for this test.
 TEST(ActorTableTest, ShowsPublishedAndMeasuredRowsWithCounts) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf");
   TrackedBenchmark tracked;

@@ -21,7 +21,7 @@ TEST(AblationPlotsTest, ShowTheDifferencesOfTheTable) {
   ASSERT_EQ(cells.size(), 4u);
   const std::vector<Plot> panels =
       AblationPlots({{"first", cells}, {"second", cells}});
-  ASSERT_EQ(panels.size(), 2u);  // the headline, lower arms
+  ASSERT_EQ(panels.size(), 2u);  // all parts, lower arms
   EXPECT_EQ(panels[0].x.categories,
             (std::vector<std::string>{"first", "second"}));
   ASSERT_EQ(panels[0].series.size(), 3u);
@@ -32,7 +32,7 @@ TEST(AblationPlotsTest, ShowTheDifferencesOfTheTable) {
     EXPECT_EQ(bars.y, Doubles(2, difference.value));
     EXPECT_EQ(bars.y_low, Doubles(2, difference.interval.low));
     EXPECT_EQ(bars.y_high, Doubles(2, difference.interval.high));
-    // The lower arms have other differences than the headline.
+    // The lower arms have other differences than all parts together.
     EXPECT_NE(panels[1].series[s].y, bars.y);
   }
   EXPECT_EQ(panels[0].series[0].name, "body-aware, joints filter");
