@@ -66,8 +66,9 @@ DEFINE_bool(tune, false,
             "choose every strategy's parameters by held-out error; each of two "
             "folds is scored with the values chosen on the other");
 DEFINE_string(folds, "",
-              "two frame ranges A:B,C:D; empty: the halves of the recording "
-              "with 25 unused frames between them");
+              "two frame ranges A:B,C:D; empty: those of --parameters or, with "
+              "--tune or --fit_shift, the halves of the recording with 25 "
+              "unused frames between them");
 DEFINE_string(parameters, "", "file of parameters as written by --tune");
 DEFINE_string(held_out_set, "",
               "file with the detections to score; empty: all");

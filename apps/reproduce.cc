@@ -29,7 +29,8 @@ DEFINE_string(table, "",
               "campus, campus_extended, shelf, parts, ablation, runtime or "
               "sensitivity; empty: every table");
 DEFINE_string(set, "", "keys to change in every configuration: key=value;...");
-DEFINE_string(out, "", "folder for reproduce.json, reproduce.md, details.md and plots");
+DEFINE_string(out, "",
+              "folder for reproduce.json, reproduce.md, details.md and plots");
 
 namespace kinegraph {
 namespace {
@@ -39,11 +40,11 @@ constexpr const char* kTables[] = {"campus",     "campus_extended", "shelf",
                                    "sensitivity"};
 
 constexpr const char* kDetailsHeading =
-    "# Details of the tables\n\nAll counts behind `reproduce.md`, for every way "
-    "of deriving the bottom and the top of the head from the detected joints "
-    "(head) and both criteria for a correct part (rule: `mean` error of its "
-    "two ends, or the error of `each` end), and the incorrect parts of each "
-    "actor.\n\n";
+    "# Details of the tables\n\nAll counts behind `reproduce.md`, for every "
+    "way of deriving the bottom and the top of the head from the detected "
+    "joints (head) and both criteria for a correct part (rule: `mean` error "
+    "of its two ends, or the error of `each` end), and the incorrect parts of "
+    "each actor.\n\n";
 
 bool Wanted(const std::string& table) {
   return FLAGS_table.empty() || FLAGS_table == table;

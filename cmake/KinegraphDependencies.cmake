@@ -1,4 +1,5 @@
-# The first versions with std::from_chars for floating point.
+# std::from_chars for floating point came with GCC 11; Clang 14 is the oldest that
+# is tested.
 if((CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 11)
    OR (CMAKE_CXX_COMPILER_ID STREQUAL Clang
        AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 14))

@@ -1,6 +1,7 @@
 #!/bin/bash
-# Builds the wheel: commands, module and all libraries that they link. It requires
-# only NumPy and a C library as new as Debian 12's (glibc 2.36).
+# Builds the wheel: commands, module and the libraries that they link. It requires
+# only NumPy and system libraries as new as Debian 12's: those of C (glibc 2.36) and
+# C++, and zlib.
 #
 #   packaging/wheel.sh [FOLDER]     default: out/wheel, for the python3 in PATH
 #

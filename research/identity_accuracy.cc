@@ -10,16 +10,16 @@
 //   identity_accuracy --table=FILE [--json=FILE]
 //
 // A scene is a name in kLayouts, or the common beginning of several names such
-// as "6p_5c"; default: all. The counts of each recording are
-// appended to FILE of --lines, and --table sums all lines of such a file, so
-// that a long table can be computed in parts. --set changes the options of
-// graph mode, which runs on the whole recording with the block-tridiagonal
-// solver (configs/offline.toml); --scene changes the simulation
+// as "6p_5c"; default: all. The counts of each recording are appended to FILE
+// of --lines, and --table sums all lines of such a file, so that a long table
+// can be computed in parts. --set changes the options of graph mode, which runs
+// on the whole recording with the block-tridiagonal solver
+// (configs/offline.toml); --scene changes the simulation
 // (scene.stature_sigma=0: all people have the same height). --second_pass also
 // scores the tracks that `track` would write with linking and a second pass;
-// --linking_only omits paper mode. --details lists each change and whether it
-// was right. --tracks stores the tracks of graph mode and reuses existing ones,
-// to repeat linking quickly.
+// --linking_only omits paper mode. --details lists each change of identities
+// with the true people before and after it. --tracks stores the tracks of graph
+// mode and reuses existing ones, to repeat linking quickly.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -464,7 +464,7 @@ void PrintTable(std::map<Key, Counts> table) {
   }
 }
 
-// Writes the same figures for the documentation, in per cent.
+// Writes the same figures and the close joins, for the documentation.
 void WriteJson(const std::string& path, std::map<Key, Counts> table) {
   std::ofstream file(path);
   file.precision(8);

@@ -18,7 +18,8 @@
 //
 // Association is fixed: every detection belongs to the person. Errors are those
 // of the joints from shoulders to ankles; a joint that is not written counts as
-// 500 mm. The first second of a recording is counted separately.
+// 500 mm. The first second of the clip is counted separately, a rest before it
+// not at all.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -197,7 +198,6 @@ struct Cell {
 };
 
 struct Settings {
-  std::string set = "matrix";
   std::vector<std::string> clips = {"walk_30hz", "hop_30hz", "dance_30hz",
                                     "start_walk_stop_120hz",
                                     "start_hop_stop_120hz"};

@@ -231,7 +231,7 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
     if (StateOf(task, out) == TaskState::kDone) return {true, ""};
     const OutputFolder recording_folder(out + "/" + task.recording);
     WriteTextFile(FailureFile(task, out), outcome.error + "\n");
-  } catch (const std::exception&) {  // the error itself is reported below
+  } catch (const std::exception&) {  // the caller reports outcome.error
   }
   return outcome;
 }

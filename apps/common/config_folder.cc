@@ -115,7 +115,7 @@ std::string ShippedConfig(const std::string& name) {
 }
 
 std::string FindConfig(const std::string& path) {
-  // Reading these reports the error.
+  // If such a path is wrong, reading it reports the error.
   const bool unchecked = path.empty() || path.front() == '/';
   if (unchecked || IsFile(path) || IsFolder(path) || IsPipe(path)) return path;
   const std::string found = ShippedConfig(path);

@@ -137,8 +137,8 @@ struct HeldOutRun {
   ViewBias bias;
 };
 
-// With --runs: checks that there is one per view, and no --folds. Without: that
-// there is a configuration to track with.
+// Checks, with --runs, that there is one per view and no --folds; without
+// --runs, that there is a configuration to track with.
 void CheckRuns(const HeldOutInput& input) {
   const HeldOutRequest& request = input.request;
   if (request.runs.empty()) {

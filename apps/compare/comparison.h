@@ -81,9 +81,9 @@ std::shared_ptr<const PreparedRecording> PrepareRecording(
 
 // Fills in the scored set, its people and the limits of errors from `run`;
 // `folds` must not be empty. `cameras` is the path of the calibration.
-// `held_out_set`, if given, restricts scoring to its detections and has the
-// limit. Throws InputError if a fold has no detection to score, or if the limit
-// of a camera needs its image size and that is unknown.
+// `held_out_set`, if given, restricts scoring to its detections, and its cap_px
+// is the limit for every view. Throws InputError if a fold has no detection to
+// score, or if the limit of a camera needs its image size and that is unknown.
 Comparison MakeComparison(const std::string& cameras, RunOptions options,
                           FrozenRun run, std::vector<Fold> folds,
                           const std::optional<HeldOutSet>& held_out_set,

@@ -81,8 +81,8 @@ struct SmoothingBalance {
 // Spectra of segments of one second, at least eight frames, with half overlap,
 // each detrended and tapered by a Hann window (Welch, 1967), in bands of half
 // an octave. A segment counts if at most a fifth of its frames and no more than
-// 0.1 s in a row lack one of the three signals, or have a detection farther than
-// 0.25 m from the triangulation; these frames are interpolated.
+// 0.1 s in a row lack one of the three signals, or have a detection farther
+// than 0.25 m from the triangulation; these frames are interpolated.
 class SmoothingSpectra {
  public:
   explicit SmoothingSpectra(double rate_hz);

@@ -118,9 +118,9 @@ TEST(PcpTest, MissingJointsMakePartsWrong) {
 }
 
 TEST(PcpTest, TorsoEndsAtTheMiddleOfTheHips) {
-  // The torso is 0.5 m long. One hip off by 1 m moves the middle by 0.5 m, whose
-  // mean with a perfect head bottom is 0.25 m: the limit. The upper leg's mean
-  // is 0.5 m.
+  // The torso is 0.5 m long. One hip off by 1 m moves the middle by 0.5 m,
+  // whose mean with a perfect head bottom is 0.25 m: the limit. The upper leg's
+  // mean is 0.5 m.
   EXPECT_EQ(Lost(Forward(2, 1.0)), Names{"r_upper_leg"});
   EXPECT_EQ(Lost(Forward(2, 1.0 + 0x1p-10)), (Names{"r_upper_leg", "torso"}));
 }

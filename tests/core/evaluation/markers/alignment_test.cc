@@ -59,8 +59,8 @@ TEST(Alignment, FindsClockAndDriftAcrossRatesAndGaps) {
   LeaveOut(0.2, &truth);
   LeaveOut(0.2, &tracks);
   const Alignment found = Aligned(truth, tracks, Align::kBoth, true);
-  // The tolerances bound interpolation errors: 0.2 ms is about one per cent of a
-  // frame at 60 Hz.
+  // The tolerances bound interpolation errors: 0.2 ms is about one per cent of
+  // a frame at 60 Hz.
   EXPECT_NEAR(found.clock.offset_s, 0.137, 2e-4);
   EXPECT_NEAR(found.clock.drift, 100e-6, 10e-6);
   EXPECT_LT(found.median_both_m, 5e-4);
