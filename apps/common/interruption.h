@@ -15,7 +15,8 @@ void HandleInterruptions(const std::string& program);
 
 // For endless streams: from now on the first such signal only ends the input
 // (core/io/files/input_files.h), so that frames already read are finished and
-// kept; the second acts as above. Call after HandleInterruptions.
+// kept; the second ends the program as HandleInterruptions describes, which
+// must be called before.
 void EndInputOnInterruption();
 
 // The prefix of the line printed by EndOutOfMemory.

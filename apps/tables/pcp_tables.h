@@ -1,5 +1,6 @@
 // The paper's tables of PCP beside new measurements: all tracks of a benchmark
-// are made or read once and scored under every protocol.
+// are made or read once and scored with every head conversion and both rules
+// for the ends of a part.
 #ifndef KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 #define KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 
