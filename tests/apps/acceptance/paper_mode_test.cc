@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(
       return std::string(test.param.name);
     });
 
-TEST(PaperModeTest, RawShelfDetections) {
+TEST(PaperModeTest, KeepsPcpAndIdentitiesOnRawShelfDetections) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const LoadedDataset loaded =
       LoadDataset(ShelfReal(), testing::FindData("")->string());

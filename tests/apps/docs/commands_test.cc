@@ -162,7 +162,7 @@ TEST(DocsOutput, MatchesWordsExactlyAndNumbersWithinTolerance) {
 
 class DocsCommandsTest : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(DocsCommandsTest, Run) {
+TEST_P(DocsCommandsTest, RunAndPrintTheDocumentedOutput) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const fs::path root = fs::canonical(*testing::FindData(""));
   const testing::TemporaryFolder folder;

@@ -45,7 +45,7 @@ TEST(ReadmeSnippetTest, EqualsTheSnippetOfTheReadme) {
             readme);
 }
 
-TEST(ReadmeSnippetTest, Tracks) {
+TEST(ReadmeSnippetTest, TracksEveryFrame) {
   const kinegraph::testing::TemporaryFolder folder;
   const fs::path recording = folder.path() / "take";
   std::ostringstream command;

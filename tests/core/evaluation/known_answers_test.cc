@@ -86,7 +86,7 @@ void ExpectRow(const TrackSequence& truth, const TrackSequence& tracks,
       row.strict_mean, kTwoDecimals);
 }
 
-TEST(KnownAnswersTest, AuthorsCodeOnShelf) {
+TEST(KnownAnswersTest, ScoresOfTheAuthorsCodeOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
   const TrackSequence tracks =
@@ -118,7 +118,7 @@ TEST(KnownAnswersTest, ShelfHasThePublishedNumbersOfParts) {
   }
 }
 
-TEST(KnownAnswersTest, FourDAssociationByFourDProtocolOnShelf) {
+TEST(KnownAnswersTest, ScoresOfFourDAssociationByItsProtocolOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf/raw");
   TrackReadOptions options;
   options.stored_zeros = StoredZeros::kKeep;
@@ -139,7 +139,7 @@ TEST(KnownAnswersTest, FourDAssociationByFourDProtocolOnShelf) {
   }
 }
 
-TEST(KnownAnswersTest, CrossViewTrackingOnCampus) {
+TEST(KnownAnswersTest, ScoresOfCrossViewTrackingOnCampus) {
   KINEGRAPH_DATA_OR_SKIP(folder, "campus");
   const TrackSequence truth = ReadTracks(folder + "/annotation_3d.json");
   const TrackSequence tracks = ReadTracks(folder + "/result_3d.json");
@@ -167,7 +167,7 @@ TEST(KnownAnswersTest, CrossViewTrackingOnCampus) {
 // Single-person tools on actor 0 (data/shelf/peers/README.md): PCP by both
 // rules with two decimals, acceleration [mm/frame^2] printed with a last digit
 // of `last_digit_mm`, bone spread and error [mm] with one decimal.
-TEST(KnownAnswersTest, SinglePersonPeersOnShelf) {
+TEST(KnownAnswersTest, ScoresOfSinglePersonPeersOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
   struct Peer {
@@ -231,7 +231,7 @@ HeldOutScores ScoreAuthors(const std::string& folder) {
   return scores;
 }
 
-TEST(KnownAnswersTest, HeldOutCamerasOfTheAuthorsRuns) {
+TEST(KnownAnswersTest, HeldOutErrorsOfTheAuthorsRuns) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   const HeldOutScores scores = ScoreAuthors(folder);
   EXPECT_EQ(scores.people.size(), 3642u);
