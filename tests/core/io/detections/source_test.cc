@@ -27,6 +27,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using testing::ExpectSameDetections;
+using ::testing::HasSubstr;
 using testing::JointOf;
 using testing::RecordingIn;
 using testing::TemporaryFolder;
@@ -455,6 +456,34 @@ TEST(RatedSource, LimitsApplyToViewsWithOtherRates) {
   EXPECT_EQ(RecordingIn("d.jsonl", text, options).frames.size(), 1u);
   options.max_per_frame = 1;
   EXPECT_THROW(RecordingIn("d.jsonl", text, options), InputError);
+}
+
+// Whether the reader or a limit on its frames rejected the last bad frame.
+TEST(DetectionSource, LastBadFrameIsTheLatest) {
+  DetectionReadOptions options;
+  options.skip_bad_frames = true;
+  options.max_per_view = 1;
+  const auto bad_frames_of = [&](const std::string& frames) {
+    const TemporaryFolder folder;
+    const auto source =
+        OpenDetections(folder.Write("d.jsonl", OwnFile(frames)), options);
+    DetectionFrame frame;
+    while (source->Next(&frame)) {
+    }
+    return source->bad_frames();
+  };
+  const std::string unreadable = "{\"frame\": 1, \"vi\n";
+  const std::string crowded =
+      R"({"frame": 2, "views": {"a": [{"joints": [[100, 200, 1]]}, )"
+      R"({"joints": [[300, 200, 1]]}], "b": []}})"
+      "\n";
+  EXPECT_EQ(bad_frames_of("").last, "");
+  BadFrames bad = bad_frames_of(unreadable + crowded);
+  EXPECT_EQ(bad.count, 2);
+  EXPECT_THAT(bad.last, HasSubstr("frame 2"));
+  bad = bad_frames_of(unreadable + crowded + unreadable);
+  EXPECT_EQ(bad.count, 3);
+  EXPECT_THAT(bad.last, HasSubstr("line 4"));
 }
 
 TEST(RatedSource, SlowViewHasNoDetectionsInSomeFrames) {
