@@ -273,7 +273,7 @@ std::string ConvertCalibration(const ConversionOptions& flags,
           "is not kept");
     }
   }
-  return fmt::format("{} cameras", cameras.size());
+  return Counted(static_cast<int64_t>(cameras.size()), "camera", "cameras");
 }
 
 // A frame's number and time.
@@ -347,8 +347,9 @@ std::string ConvertDetections(const ConversionOptions& flags,
     write.image_size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
   }
   FindDetectionFormat(flags.to)->write(flags.out, write, &source, lost_fields);
-  return fmt::format("{} frames of {} views", source.frames(),
-                     source.header().view_names.size());
+  const auto views = static_cast<int64_t>(source.header().view_names.size());
+  return Counted(source.frames(), "frame", "frames") + " of " +
+         Counted(views, "view", "views");
 }
 
 // The existing identities, such as "0, 3, 7".
@@ -539,7 +540,7 @@ std::string ConvertTracks(const ConversionOptions& flags,
     lost_fields->push_back("names of people are not kept");
   }
   to.write(flags.out, tracks, write, lost_fields);
-  return fmt::format("{} frames", tracks.frames.size());
+  return Counted(static_cast<int64_t>(tracks.frames.size()), "frame", "frames");
 }
 
 }  // namespace

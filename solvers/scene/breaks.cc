@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/text.h"
 #include "solvers/cameras/bundle.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
@@ -250,12 +251,13 @@ Finding FindingOf(const ClockJump& jump, const std::string& camera,
           lost ? fmt::format("from about frame {} on, increase the frame "
                              "numbers of its files by {}",
                              frame, count * number_step)
-               : fmt::format("remove {} images before about frame {}", count,
-                             frame),
-          fmt::format("{} images are {} before about frame {}: its clock jumps "
-                      "by {:+.1f} +- {:.1f} ms",
-                      count, lost ? "missing" : "in excess", frame,
-                      1e3 * jump.jump_s, 1e3 * jump.sigma_s)};
+               : fmt::format("remove {} before about frame {}",
+                             Counted(count, "image", "images"), frame),
+          fmt::format("{} {} before about frame {}: its clock jumps by "
+                      "{:+.1f} +- {:.1f} ms",
+                      Counted(count, "image is", "images are"),
+                      lost ? "missing" : "in excess", frame, 1e3 * jump.jump_s,
+                      1e3 * jump.sigma_s)};
 }
 
 // ---- A camera that was moved ----

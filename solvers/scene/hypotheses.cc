@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/text.h"
 #include "core/evaluation/statistics.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/track.h"
@@ -98,9 +99,9 @@ std::optional<Finding> RepeatsOf(const SetUp& set_up, size_t view) {
       0.0,
       "remove the repeated images, or set the view's own rate "
       "(input.view_frame_rate)",
-      fmt::format(
-          "{} of {} images repeat the previous one, the first in frame {}",
-          repeats, pairs, first)};
+      fmt::format("{} of {} {} the previous one, the first in frame {}",
+                  repeats, Counted(pairs, "image", "images"),
+                  repeats == 1 ? "repeats" : "repeat", first)};
 }
 
 std::optional<Answer> AskForRepeats(const SetUp& set_up) {

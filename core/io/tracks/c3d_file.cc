@@ -240,20 +240,20 @@ class C3dRange {
       const Stated& most_trusted = stated_.front();
       for (const Stated& stated : stated_) {
         if (stated.count == most_trusted.count) continue;
-        Refuse(
-            "specifies {} frames ({}) and {} frames ({}), but has space for {}",
-            most_trusted.count, most_trusted.where, stated.count, stated.where,
-            room);
+        Refuse("specifies {} ({}) and {} ({}), but has space for {}",
+               Counted(most_trusted.count, "frame", "frames"),
+               most_trusted.where, Counted(stated.count, "frame", "frames"),
+               stated.where, room);
       }
       const bool may_have_run_over =
           most_trusted.is_word && room >= most_trusted.count + kWords;
       if (most_trusted.count > room || most_trusted.count < at_least_ ||
           may_have_run_over) {
         Refuse(
-            "is cut off or miscounted: {} specifies {} frames, but there is "
-            "space "
-            "for {}",
-            most_trusted.where, most_trusted.count, room);
+            "is cut off or miscounted: {} specifies {}, but there is space for "
+            "{}",
+            most_trusted.where, Counted(most_trusted.count, "frame", "frames"),
+            room);
       }
       return most_trusted.count;
     }
