@@ -160,7 +160,8 @@ class Labels {
       if (!name.empty() && name.back() == ':') name.pop_back();
       const auto place = std::find(prefixes_.begin(), prefixes_.end(), prefix);
       const auto index = static_cast<size_t>(place - prefixes_.begin());
-      const bool is_listed = index < prefixes_.size() || subjects.size() == 1;
+      const bool is_listed = index < prefixes_.size() ||
+                             (subjects.size() == 1 && prefixes_.empty());
       if (is_listed && index < subject_names_.size()) {
         name = subject_names_[index];
       }

@@ -549,6 +549,13 @@ TEST_F(TracksC3d, PrefixesAndRepeatedLabelsSeparatePeople) {
                        .Words("SUBJECTS:USES_PREFIXES", {1}),
                    {"A_C7", "B_C7"}),
             "0: C7; 1: C7; Anna Ben ");
+  // The only person is none of the listed ones.
+  EXPECT_EQ(people(C3dMaker()
+                       .Texts("SUBJECTS:LABEL_PREFIXES", {"A_"})
+                       .Texts("SUBJECTS:NAMES", {"Anna", "Ben"})
+                       .Words("SUBJECTS:USES_PREFIXES", {1}),
+                   {"Carl:C7"}),
+            "0: C7; Carl ");
   // A file without prefixes, with a colon in the name of a joint.
   const C3dMaker anna = C3dMaker()
                             .Texts("SUBJECTS:NAMES", {"Anna"})
