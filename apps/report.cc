@@ -303,7 +303,7 @@ std::string AddImages(const ViewImages& images, PageInput* input) {
   const EmbeddedPictures embedded = EmbedPictures(
       images.patterns,
       std::max<size_t>(1, max_bytes - std::min(max_bytes, taken)),
-      [&progress] { progress.Advance(); }, input);
+      [&progress](int64_t frames) { progress.Set(frames); }, input);
   return text +
          fmt::format("{} inside the page{}\n",
                      Counted(static_cast<int64_t>(embedded.count), "picture",
