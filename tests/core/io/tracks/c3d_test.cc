@@ -646,6 +646,30 @@ TEST_F(TracksC3d, LoadsOfForcePlatesOfEveryType) {
   }
 }
 
+// A sample of 32777 less an offset of 32767, times 3 and 0.5. Signed, 32777 is
+// -32759; loads are made positive.
+TEST_F(TracksC3d, AnalogSamplesHaveFormatOffsetAndScales) {
+  for (const auto& [format, load_n] :
+       {std::pair{"UNSIGNED", 15.0}, {"SIGNED", 98289.0}}) {
+    C3dMaker maker(kIntel, /*is_float=*/false);
+    maker.Header(1, 1, 2).Analog(6, 1).Labels({"nose"});
+    maker.Texts("ANALOG:FORMAT", {format})
+        .Words("ANALOG:OFFSET", {0, 0, 32767, 0, 0, 0})
+        .Words("ANALOG:SCALE", {1, 1, 3, 1, 1, 1})
+        .Number("ANALOG:GEN_SCALE", 0.5)
+        .Words("FORCE_PLATFORM:USED", {1})
+        .Words("FORCE_PLATFORM:TYPE", {1})
+        .Words("FORCE_PLATFORM:CHANNEL", {1, 2, 3, 4, 5, 6}, {6, 1});
+    for (int frame = 0; frame < 2; ++frame) {
+      maker.Point(10.0, 20.0, 30.0);
+      for (int c = 1; c <= 6; ++c) maker.Value(32777);
+    }
+    const auto plates = ReadForcePlates(Put(maker.Make()));
+    ASSERT_EQ(plates.size(), 1u) << format;
+    EXPECT_EQ(plates[0].load_n, std::vector<double>(2, load_n)) << format;
+  }
+}
+
 TEST_F(TracksC3d, ReadsSegmentsAfterPoints) {
   C3dMaker maker = OnePoint(1, 65535, 32 * 4);  // a block has 32 frames
   maker.Header(1, 1, 0);
