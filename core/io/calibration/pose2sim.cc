@@ -144,19 +144,22 @@ CalibrationFile ReadTables(const fs::path& path, const JsonField& root) {
     file.unit = LengthUnit::kMillimetre;
   }
   const auto inside = root.Find("cameras");
-  const bool is_array = inside.has_value() && inside->value().is_object() &&
-                        !inside->value().contains("matrix");
+  const bool is_camera_array = inside.has_value() &&
+                               inside->value().is_object() &&
+                               !inside->value().contains("matrix");
   for (const auto& [table, field] :
-       (is_array ? *inside : root).Members("camera")) {
+       (is_camera_array ? *inside : root).Members("camera")) {
     if (IsBesideCameras(table, field) || table == "CreationDate") continue;
     const bool is_table = field.value().is_object();
-    if (is_table && (IsUnplaced(field) || (is_array && HasNoPose(field)))) {
+    if (is_table &&
+        (IsUnplaced(field) || (is_camera_array && HasNoPose(field)))) {
       continue;
     }
     const auto name = is_table ? field.Find("name") : std::nullopt;
     // Caliscope's videos are cam_0.mp4, cam_1.mp4, ...
     file.cameras.push_back(ReadPose2simCamera(
-        name.has_value() ? name->Text() : (is_array ? "cam_" : "") + table,
+        name.has_value() ? name->Text()
+                         : (is_camera_array ? "cam_" : "") + table,
         field));
   }
   return file;

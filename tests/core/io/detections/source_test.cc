@@ -523,7 +523,8 @@ TEST(RatedSource, BaseRateAboveAllViewsLosesNoFrame) {
   }
 }
 
-// Frames without detections are returned, except after the last detection.
+// Frames without detections are returned between the first and the last
+// detection.
 TEST(RatedSource, KeepsFramesWithoutDetections) {
   DetectionSequence sequence = Counting(8, 8);
   for (size_t f = 2; f < 5; ++f) {

@@ -361,7 +361,8 @@ TEST_F(TracksC3d, FirstFrameFromHeaderOrTrial) {
   EXPECT_EQ(First(Trial(OnePoint(65535, 65535, 50).Words("POINT:FRAMES", {50}),
                         70'001, 70'050)),
             70'000);
-  // Parameters that were not trimmed with the file state another count.
+  // If TRIAL or the header was not trimmed with the file, its count does not
+  // fit.
   for (const C3dMaker& maker : {Trial(OnePoint(101, 150, 50), 1, 500),
                                 Trial(OnePoint(1, 500, 50), 101, 150)}) {
     EXPECT_EQ(Count(maker), 50u);

@@ -405,7 +405,7 @@ TEST_F(TreeMotionTest, TreeFollowsTheBonesOfTheFile) {
     EXPECT_EQ(joint.is_chest, joint.name == "thorax");
     EXPECT_TRUE(joint.is_held);
   }
-  // An animal's ears are attached by its own bones.
+  // An animal gets no directions from human anatomy.
   for (const TreeJoint& joint : TreeOf(Animals()[0])) {
     EXPECT_TRUE(joint.rest_direction.isZero()) << joint.name;
   }
