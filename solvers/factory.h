@@ -24,7 +24,7 @@ const char* ToString(Mode mode);
 // Estimators that can serve association: Last() and Predict() follow the newest
 // frames.
 enum class FeedbackKind { kGaussian, kWindow };
-// Estimators that can be written; for a description of each see
+// Estimators whose poses can be written, each described in
 // solvers/smoothers.h.
 enum class OutputKind {
   kRawDlt,
