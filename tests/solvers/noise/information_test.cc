@@ -76,7 +76,7 @@ TEST(InformationTest, CovarianceFactorMatchesNumericIntegration) {
         const double truth =
             FactorByNarrowSteps(lasting, frame_s, process_noise, 1e-4);
         // If w_c tau is large, only a few steps resolve the variation of H
-        // below u = 4, which causes errors of up to half a per cent.
+        // below u = 4, which causes errors of up to 0.7 %.
         EXPECT_NEAR(
             CovarianceFactor(lasting, frame_s, process_noise, 1e-4) / truth,
             1.0, 0.01)
