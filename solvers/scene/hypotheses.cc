@@ -276,7 +276,8 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   const int usual = UsualLag(lags);
   // Beside larger lags, a lag of one frame may be an error of the search. It is
   // left to the examination of the matches, which measures clocks more
-  // precisely, unless a frame is longer than that can measure.
+  // precisely, unless a frame is longer than the largest clock error that the
+  // examination can measure (kFarthestClockS).
   const bool by_more = std::any_of(lags.begin(), lags.end(), [&](int lag) {
     return std::abs(lag - usual) > 1;
   });
