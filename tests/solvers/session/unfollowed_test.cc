@@ -57,7 +57,7 @@ TEST(Unfollowed, AStoppedClockDoesNotDivideAPerson) {
   EXPECT_DOUBLE_EQ(often[0].share, 1.0);
 }
 
-// 49 of 250 frames are less than a fifth.
+// 49 of 250 frames are less than a fifth, and 1.96 s are less than 3 s.
 TEST(Unfollowed, RarelySeenPersonIsNotReported) {
   EXPECT_TRUE(Often(49, 0).empty());
 }
