@@ -341,8 +341,8 @@ bool AgreesByMoreThanChance(const SetUp& set_up) {
 
 // No reading and no lag of the clocks makes the views agree.
 std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
-  // Views of recordings without faults agree to 0.5 or more; unrelated people
-  // of two views to about 0.1 (docs/doctor.md).
+  // Views of recordings without faults usually agree to 0.5 or more; unrelated
+  // people of two views to about 0.1.
   constexpr double kUnrelated = 0.2;
   const PairAgreement& as_read = set_up.agreement;
   if (set_up.readings_changed > 0 || as_read.score() > kUnrelated ||
