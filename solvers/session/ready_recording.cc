@@ -58,9 +58,9 @@ bool EstimatesCameras(const Refinement& refinement) {
                      });
 }
 
-// Adds to `record` the covariance that `recorded` states for those parameters
-// of its cameras that `record` does not contain; parameters of the two records
-// are taken to be independent.
+// For the cameras of `record`, adds the parameters that only `recorded` has,
+// with their covariance; parameters of the two records are taken to be
+// independent.
 void AddUncertainty(const RefinementRecord& recorded,
                     RefinementRecord* record) {
   if (recorded.covariance.rows() == 0) return;

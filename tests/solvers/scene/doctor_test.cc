@@ -193,7 +193,7 @@ TEST_P(Standers, GiveNoClockFindings) {
 }
 INSTANTIATE_TEST_SUITE_P(Pixels, Standers, ::testing::Values(2.0, 6.0));
 
-TEST(Doctor, RotatedCamerasAreNotReportedAsClocks) {
+TEST(Doctor, RotatedCamerasAreNotConfidentlyReportedAsClocks) {
   for (const uint64_t seed : {51, 54}) {
     if (testing::kSanitized && seed == 54) continue;  // takes 15 min
     FaultyScene scene = MakeFaultyScene({seed, 5, 2});
@@ -229,9 +229,9 @@ TEST(Doctor, RotatedCamerasWithTwoPeopleAreNotReportedAsClocks) {
   }
 }
 
-// Omitted lens terms of all cameras cause errors of 63 mm instead of 9 mm in a
-// recording of three walking people, although all views agree within a pixel of
-// their noise.
+// Omitted lens terms of all cameras cause errors of 63 mm instead of 9 mm in
+// another recording, of three walking people, although all views agree within a
+// pixel of their noise.
 TEST(Doctor, OmittedLensTermsAreReported) {
   FaultySceneOptions options = {71};
   options.distortion = {-0.28, 0.1, 0.0, 0.0, 0.0};

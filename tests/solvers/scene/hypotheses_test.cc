@@ -139,7 +139,8 @@ TEST(Hypotheses, ViewsWithoutACommonFrameAreAligned) {
   }
 }
 
-// Frame 8 of the others and frame 12 of the view itself are missing.
+// The third view's numbers are too high by 30. Its frame 12 and frame 8 of the
+// other views are missing.
 TEST(Hypotheses, MissingFramesRemainEmptyIfViewsAreAligned) {
   DoctorInput input = MoversOf(testing::RingOfCameras(3));
   const DetectionSequence right = input.detections;

@@ -83,7 +83,7 @@ TEST(Unfollowed, APersonEndsAlthoughTheClockRestarts) {
       Often(is_seen, 0, [](int f) { return f < 50 ? f : f - 50; }).empty());
 }
 
-// 49 of 250 frames are less than a fifth.
+// 49 of 250 frames are less than a fifth, and 1.96 s are less than 3 s.
 TEST(Unfollowed, RarelySeenPersonIsNotReported) {
   EXPECT_TRUE(Often(49, 0).empty());
 }

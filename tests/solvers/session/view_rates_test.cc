@@ -99,7 +99,7 @@ TEST(ViewRates, SlowerViewsReduceTheError) {
   EXPECT_LT(rated_m, 0.8 * ErrorOf(scene, OptionsAt25HzWith(""), path));
 }
 
-TEST(ViewRates, InvalidRatesAreRejected) {
+TEST(ViewRates, ValidRatesAreReadAndOthersRejected) {
   for (const std::string value : {"x", "0", "-1", "1.1e6", "nan", "25Hz"}) {
     const RunOptions options =
         OptionsAt25HzWith("input.view_frame_rate.a=" + value);
