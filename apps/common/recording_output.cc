@@ -249,7 +249,8 @@ void NameInputs(const std::string& recording, const std::string& configuration,
 
 namespace {
 
-// Counts over the solves for people whose tracks have ended, successful or not.
+// Counts over all solves, successful or not, for people whose tracks have
+// ended.
 Json SolverJson(const RunSummary& run) {
   const SolveCounts& counts = run.solves;
   return {{"name", run.solver},

@@ -141,7 +141,8 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   }
   const FileKind kind = RecogniseKind(flags.in);
   if (Contains(both, kind)) return kind;
-  // The folder of a session contains cameras and detections.
+  // A folder recognised as a calibration may also contain detections, as that
+  // of a Caliscope session does.
   if (Contains(both, kDetections) && IsFolder(flags.in) &&
       (RecogniseDetections(LookAtDetections(flags.in)) != nullptr ||
        AdapterOf(flags.in, AdapterKind::kDetections).has_value())) {
@@ -432,8 +433,8 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-// Rotates tracks that were read with their file's X, Y, Z as the world's into
-// the world. `axes`: the world axes along X, Y and Z.
+// Rotates into the world tracks that were read as if X, Y and Z of their file
+// were x, y and z of the world. `axes`: the world axes along X, Y and Z.
 void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   Eigen::Matrix3d world_from_file;
   for (int i = 0; i < 3; ++i) {
