@@ -27,8 +27,8 @@ DEFINE_bool(resume, false, "continue a batch that was stopped");
 DEFINE_bool(merge, false, "only write the tables of the finished tasks");
 DEFINE_bool(list, false, "print the names of the tasks and exit");
 DEFINE_string(task, "",
-              "run only this task, named TAKE/CONFIGURATION or by its number "
-              "from 0; implies --resume and writes no tables");
+              "run only this task, named RECORDING/CONFIGURATION or by its "
+              "number from 0; implies --resume and writes no tables");
 
 namespace kinegraph {
 namespace {

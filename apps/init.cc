@@ -262,7 +262,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
   if (survey.min_joints.has_value()) {
     text += fmt::format(
         "\n[initialisation]\n"
-        "min_common_joints = {0}  # of 17: the detections have few joints\n"
+        "min_common_joints = {0}  # of 17; lowered: the detections have few\n"
         "min_joints = {0}\n",
         *survey.min_joints);
   }
@@ -333,7 +333,7 @@ std::string WithGivenKeys(const RunOptions& options, std::string text) {
     if (equals == std::string::npos) continue;  // rejected when read
     const std::string key = Trimmed(part.substr(0, equals));
     if (key.rfind("cameras.map.", 0) == 0) continue;  // already present
-    // Present without the cameras left out.
+    // Already present, without the cameras of --without_cameras.
     if (key == "cameras.use" && !FLAGS_without_cameras.empty()) continue;
     const std::string value = Trimmed(part.substr(equals + 1));
     PutKey(key, TomlValue(effective, key, value), &text);

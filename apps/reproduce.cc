@@ -29,7 +29,8 @@ DEFINE_string(table, "",
               "campus, campus_extended, shelf, parts, ablation, runtime or "
               "sensitivity; empty: every table");
 DEFINE_string(set, "", "keys to change in every configuration: key=value;...");
-DEFINE_string(out, "", "folder for reproduce.json, reproduce.md and plots");
+DEFINE_string(out, "",
+              "folder for reproduce.json, reproduce.md, details.md and plots");
 
 namespace kinegraph {
 namespace {
@@ -40,8 +41,9 @@ constexpr const char* kTables[] = {"campus",     "campus_extended", "shelf",
 
 constexpr const char* kDetailsHeading =
     "# Details of the tables\n\nAll counts behind `reproduce.md`, for every "
-    "head conversion and endpoint rule, and the incorrect parts of each "
-    "actor.\n\n";
+    "conversion of nose, ears and shoulders to the bottom and top of the head "
+    "(head), and by the mean error of a part's two ends or by each end "
+    "(endpoints: mean, each); and the incorrect parts of each actor.\n\n";
 
 bool Wanted(const std::string& table) {
   return FLAGS_table.empty() || FLAGS_table == table;

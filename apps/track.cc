@@ -314,7 +314,7 @@ void WriteSideFiles(const Recording& recording, const Session& session,
     WriteTrackedCameras(beside(kCamerasEnd), recording.ready.cameras,
                         RefinementJson(recording.ready), tracks);
   }
-  // If a bias was to be learnt, its coefficients and whether they are used.
+  // Not empty if a bias was to be learnt; states whether it is used.
   const ViewBias bias = session.view_bias();
   if (!bias.joints.empty()) {
     WriteViewBias(beside(kBiasEnd), bias, tracks);

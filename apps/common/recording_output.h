@@ -14,8 +14,10 @@
 
 namespace kinegraph {
 
-// Adds to each fix that is a command the flags for the recording, its
-// configuration and, if a command writes corrected cameras, these.
+// Replaces the placeholders in fixes (solvers/scene/doctor.h): RECORDING by
+// `recording`, the flags of the recording's files; INPUTS by these and
+// `configuration`; kUseCorrected by --cameras with the path `corrected`, or by
+// nothing if that is empty.
 void NameInputs(const std::string& recording, const std::string& configuration,
                 const std::string& corrected, std::vector<Finding>* findings);
 // ` --name=value`, with the value quoted if a shell requires it; empty without

@@ -50,14 +50,18 @@ struct Comparison {
   // One fold with all frames, or two: values chosen on one are scored on the
   // other.
   std::vector<Fold> folds;
-  HeldOutSet set;              // in the frames of the folds
-  std::vector<double> cap_px;  // one per view
+  HeldOutSet set;  // in the frames of the folds
+  // Limit of a held-out error, and the error of a joint without a prediction;
+  // one per view.
+  std::vector<double> cap_px;
   // The people that the frozen run writes in the folds' frames, with their
   // identities and matches but without positions; `set` is made from them.
   TrackSequence reference;
   std::vector<PersonFrames> people;  // of `reference`, with their frames
   std::optional<TrackSequence> truth;
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // UpOfTruth
+  // Upright direction of `truth`, by UpOfTruth
+  // (apps/common/evaluation_output.h).
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   std::optional<PcpProtocol> protocol;  // for PCP, in the folds' frames
   bool angles = false;                  // also scores flexions
   int threads = 1;

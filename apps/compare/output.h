@@ -38,8 +38,8 @@ std::string RankingText(const CompareResult& result);
 // joints; at most two sentences.
 std::vector<std::string> BalanceSentences(const CompareResult& result);
 
-// The best strategy, how certain that is, its delay and, with a ground truth,
-// the nearest strategy, in sentences.
+// Sentences: the best strategy, how certain that is, its delay and, with a
+// ground truth, the strategy nearest to the truth.
 std::string VerdictText(const CompareResult& result);
 
 // recommended.toml: the configuration of the comparison with the strategy of

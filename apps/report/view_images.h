@@ -31,7 +31,7 @@ struct ViewImages {
 // the container of a video does not list its images, the frame rate of the
 // first result is assumed, or kFallbackRateHz. Throws InputError for an invalid
 // entry, for an unknown or repeated view, or if a pattern or video lacks the
-// first frame.
+// first frame of the first result.
 ViewImages ReadViewImages(const std::string& images, const PageInput& input);
 
 // Number of frames of the first result outside the video.

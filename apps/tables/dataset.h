@@ -1,6 +1,6 @@
-// The data for the tables: recordings, methods to track them and results of
-// other programs, all by their paths below the data folder; and the printed
-// tables of Chu et al. (2021).
+// The data for the tables: recordings and results of other programs, by their
+// paths below the data folder; methods to track the recordings, by their
+// configurations below configs/; and the printed tables of Chu et al. (2021).
 #ifndef KINEGRAPH_APPS_TABLES_DATASET_H_
 #define KINEGRAPH_APPS_TABLES_DATASET_H_
 
@@ -107,7 +107,7 @@ struct Benchmark {
 };
 
 struct BenchmarkData {
-  std::string folder;  // parent of all paths above
+  std::string folder;  // the data folder
   std::string set;  // applied to each run after the method's own, as in --set
   std::vector<Benchmark> benchmarks;
 };

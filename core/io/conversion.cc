@@ -141,8 +141,8 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   }
   const FileKind kind = RecogniseKind(flags.in);
   if (Contains(both, kind)) return kind;
-  // A folder recognised as a calibration may also contain detections: a
-  // Caliscope session has both.
+  // A folder recognised as a calibration may also contain detections, as that
+  // of a Caliscope session does.
   if (Contains(both, kDetections) && IsFolder(flags.in) &&
       (RecogniseDetections(LookAtDetections(flags.in)) != nullptr ||
        AdapterOf(flags.in, AdapterKind::kDetections).has_value())) {

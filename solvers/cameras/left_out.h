@@ -13,12 +13,11 @@
 namespace kinegraph {
 
 // How much a fit of the parameters `free` reduces the error of a view that
-// takes no part in it. Each view in turn is left out and keeps its camera of
-// `start`; the others are fitted, and the segments that at least two of them
-// see are compared with the measurements of the view left out. Cameras that are
-// jointly biased by a fit agree better with each other and worse with such a
-// view. nullopt with fewer than four views, because the remaining two views of
-// three always agree.
+// takes no part in it. Each view in turn is left out with its camera unchanged,
+// the others are fitted, and its error is measured at the points that at least
+// two of them see. Cameras that are jointly biased by a fit agree better with
+// each other and worse with a held-out camera. nullopt with fewer than four
+// views, because the remaining two views of three always agree.
 std::optional<FitGain> LeftOutGain(const CameraRig& cameras,
                                    const SceneSegments& segments,
                                    const FreeParameters& free,

@@ -8,9 +8,9 @@
 //   session.summary();  // how many frames, people, poses
 //
 // Implements everything that a configuration can request except changes to
-// cameras and clocks (ready_recording.h): choice of views, repetitions of the
-// first frame (input.repeat_first_frame), rules of paper mode, linking of
-// identities, second pass.
+// cameras and clocks (ready_recording.h): choice of views, warm-up (repetitions
+// of the first frame, input.repeat_first_frame), rules of paper mode, linking
+// of identities, second pass.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 #define KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 
@@ -81,10 +81,10 @@ class Session {
   const RunScene& scene() const;
   // Processor time by stage of the first pass; null: not measured.
   void set_stage_times(StageTimes* times);
-  // Called with every frame of the first pass, including the repetitions of the
-  // first frame, with the used views only. Times are those given to the
-  // estimators: they ascend even if the recording's clock stops or steps back,
-  // and long pauses are shortened. Set before the first frame.
+  // Called with every frame of the first pass, the warm-up included, with the
+  // used views only. Times are those that the estimators receive: they ascend
+  // even if the recording's clock stops or steps back, and long pauses are
+  // shortened. Must be set before the first frame.
   void set_frame_listener(std::function<void(const DetectionFrame&)> listener);
   // Called with the number of frames read so far, over both passes; frames kept
   // in memory for the second pass are counted once.
@@ -110,8 +110,8 @@ class Session {
   // Counts of the frames returned so far.
   const RunSummary& summary() const;
   // Metres of the world per metre of the run. Tracker and estimators, including
-  // the caller's, work in the run's metres (subject_scale.h); what this object
-  // returns is in the world's. 1 until the scale is determined, which is before
+  // the caller's, work in the run's metres; results of Session are in metres of
+  // the world. 1, the scale of people, until it is determined, which is before
   // the first track begins.
   const SubjectScale& scale() const;
   // After Finish: data that the output estimators learnt from the recording

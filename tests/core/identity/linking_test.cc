@@ -55,8 +55,8 @@ CrowdMaker TwoHidden() {
   CrowdMaker crowd(250);
   crowd.Add({0, 0, 99, {-2.0, -1.0}, {0.6, 0.0}, 0.95})
       .Add({1, 0, 99, {2.0, 1.0}, {-0.6, 0.0}, 1.05})
-      .Add({2, 125, 249, {-1.0 + 2.0, 1.0}, {-0.6, 0.0}, 1.05})
-      .Add({3, 125, 249, {1.0 - 2.0 + 1.0, -1.0}, {0.6, 0.0}, 0.95});
+      .Add({2, 125, 249, {1.0, 1.0}, {-0.6, 0.0}, 1.05})
+      .Add({3, 125, 249, {0.0, -1.0}, {0.6, 0.0}, 0.95});
   return crowd;
 }
 
@@ -156,7 +156,7 @@ TEST(LinkingTest, PausesOfADetectorAreNoGaps) {
   EXPECT_NEAR(static_cast<double>(swaps[0].frames->first), 150.0, 3.0);
 }
 
-TEST(LinkingTest, FrameNumberingDoesNotMatter) {
+TEST(LinkingTest, StepBetweenFrameNumbersDoesNotMatter) {
   // Every fourth frame of the recording, numbered 0, 4, 8 or 0, 1, 2.
   const CrowdMaker crowd = TwoExchanged();
   std::vector<TrackFrame> stepped;
@@ -208,10 +208,10 @@ TEST(LinkingTest, TrackRecoveredOnAnotherPersonIsCut) {
   ExpectIdentitiesToBeRestored(Link(FoundAgainOnSomebodyElse(0, 100, 140)));
 }
 
-TEST(LinkingTest, TrackThatLosesItsNeighbourSoonAfterItsBeginningIsCut) {
-  // The tall person is lost next to the track 0.64 s after the track began;
-  // then the track is alone for 1.6 s, more than the second of clean frames
-  // that a piece requires (kLeast, tracklet.cc).
+TEST(LinkingTest, TrackThatMetAnotherSoonAfterItsBeginningIsCut) {
+  // The tall person is lost 0.64 s after the track began next to them; then the
+  // track is alone for 1.6 s, more than the second of clean frames that a piece
+  // requires (kLeast, tracklet.cc).
   ExpectIdentitiesToBeRestored(Link(FoundAgainOnSomebodyElse(100, 116, 156)));
 }
 

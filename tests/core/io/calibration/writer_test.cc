@@ -116,7 +116,7 @@ TEST(OwnCalibration, IsReadBackExactly) {
   ExpectInputError([&] { ReadCameras(path, options); }, "cameras.unit");
 }
 
-TEST(OwnCalibration, WritingNeedsTheFolderAndReadingNeedsACamera) {
+TEST(OwnCalibration, WritingRequiresTheFolderAndReadingRequiresACamera) {
   const TemporaryFolder folder;
   EXPECT_THROW(WriteCameras((folder.path() / "none" / "c.json").string(), {}),
                InputError);

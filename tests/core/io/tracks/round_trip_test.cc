@@ -94,8 +94,8 @@ TEST_P(TrackRoundTrip, ReadsBack) {
         expected.push_back(&frame);
       }
     }
-    // actorsGT.mat has no frame numbers: the frames read from it begin at 0,
-    // those of RandomTracks at 300.
+    // actorsGT.mat (tum) has no frame numbers: the frames read from it begin at
+    // 0, those of RandomTracks at 300.
     std::vector<const TrackFrame*> found;
     for (const TrackFrame& frame : again.frames) {
       if (frame.frame >= 300) found.push_back(&frame);
@@ -204,11 +204,10 @@ TEST(TracksTrc, ReadsMillimetresOtherAxesAndMissingMarkers) {
   EXPECT_EQ(tracks.frames[1].time, 10'000'000);
 }
 
-// Normally the time of the first row decides. OrigDataStartFrame, counted from
-// 0, decides if the times begin anew (at 0 or, in row 1, after one frame), are
-// negative or lie between frames. Laboratories count it from 1: 1 with the time
-// 0 is frame 0.
-TEST(TracksTrc, FirstFrameIsOrigDataStartFrameOrAtTheTimeOfTheFirstRow) {
+// Normally the time of the first row decides. OrigDataStartFrame does if the
+// times begin anew (at 0 or, in row 1, after one frame), are negative, or lie
+// between frames. Laboratories count it from 1: 1 with the time 0 is frame 0.
+TEST(TracksTrc, FirstFrameIsAtTheTimeOfTheFirstRowOrOrigDataStartFrame) {
   const TemporaryFolder folder;
   const auto first_frame = [&](const std::string& start,
                                const std::string& row) {
@@ -285,8 +284,8 @@ TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
 
 using Broken = std::vector<std::pair<std::string, std::string>>;
 
-// Expects the error broken[i].second for a file that consists of `header` and
-// the rows broken[i].first.
+// Expects the error broken[i].second for a file of `header` and the rows
+// broken[i].first.
 void ExpectErrors(const std::string& name, const std::string& header,
                   const Broken& broken) {
   const TemporaryFolder folder;
@@ -471,7 +470,7 @@ TEST(TrackExport, CsvQuotesJointNames) {
             "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
 }
 
-TEST(TrackExport, CsvWithoutPeopleNotesThatItCannotBeReadBack) {
+TEST(TrackExport, CsvNotesThatATableWithoutPeopleCannotBeReadBack) {
   TrackSequence tracks = RandomTracks(Coco17());
   for (TrackFrame& frame : tracks.frames) frame.people.clear();
   const TemporaryFolder folder;
