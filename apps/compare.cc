@@ -26,6 +26,7 @@
 #include "apps/compare/tuning.h"
 #include "apps/markers/marker_study.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/data/stance.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/configuration/manifest.h"
@@ -141,9 +142,10 @@ std::vector<FrameRange> Halves(const FrameRange& all) {
   const int64_t length = (all.end - all.begin - kGapFrames) / 2;
   if (length < kGapFrames) {
     throw InputError(
-        fmt::format("{} frames are too few for the two folds of --tune and "
-                    "--fit_shift: at least {} are needed",
-                    all.end - all.begin, 3 * kGapFrames));
+        fmt::format("{} too few for the two folds of --tune and --fit_shift: "
+                    "at least {} are needed",
+                    Counted(all.end - all.begin, "frame is", "frames are"),
+                    3 * kGapFrames));
   }
   return {{all.begin, all.begin + length}, {all.end - length, all.end}};
 }

@@ -17,6 +17,7 @@
 #include "apps/common/table.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
+#include "core/base/text.h"
 #include "core/evaluation/identity.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
@@ -195,8 +196,10 @@ void RunDemo() {
                                  : FindConfig(FLAGS_config);
   const SyntheticRecording recording = MakeRecording(config, FLAGS_set);
   const RecordingFiles files = WriteRecording(recording, FLAGS_out);
-  std::printf("%zu people, %zu cameras, %zu frames at %g Hz, %lld detections\n",
-              recording.scene.people.size(), recording.scene.cameras.size(),
+  const std::string people = Counted(
+      static_cast<int64_t>(recording.scene.people.size()), "person", "people");
+  std::printf("%s, %zu cameras, %zu frames at %g Hz, %lld detections\n",
+              people.c_str(), recording.scene.cameras.size(),
               recording.detections.frames.size(), recording.scene.frame_rate_hz,
               static_cast<long long>(CountDetections(recording.detections)));
   std::fflush(stdout);

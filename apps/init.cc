@@ -134,19 +134,20 @@ std::string FindingsText(const RecordingSurvey& survey,
   }
   const double rate_hz = survey.detections.frame_rate_hz;
   text += fmt::format(
-      "skeleton    {}, {} joints\n"
+      "skeleton    {}, {}\n"
       "frames      {}, {}..{}, {:.1f} s at {:g} Hz\n"
       "people      up to {} in one view (in 5 % of the frames or more)\n",
       Printable(survey.detections.skeleton.name()),
-      survey.detections.skeleton.joint_count(), survey.frames,
-      survey.first_frame, survey.last_frame,
+      Counted(survey.detections.skeleton.joint_count(), "joint", "joints"),
+      survey.frames, survey.first_frame, survey.last_frame,
       static_cast<double>(survey.last_frame - survey.first_frame + 1) / rate_hz,
       rate_hz, report.most_people_in_a_view);
   if (report.poses > 0) {
     text += fmt::format(
-        "error       {:.1f} px median, {:.1f} px 90th percentile ({} frames "
+        "error       {:.1f} px median, {:.1f} px 90th percentile ({} "
         "examined)\n",
-        report.median_px, report.p90_px, survey.frames_tried);
+        report.median_px, report.p90_px,
+        Counted(survey.frames_tried, "frame", "frames"));
   }
   text += WarningsText(report);
   if (survey.cameras_are_off || survey.clocks_are_off) {
@@ -261,7 +262,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
   if (survey.min_joints.has_value()) {
     text += fmt::format(
         "\n[initialisation]\n"
-        "min_common_joints = {0}  # scaled to 17 joints; few are found\n"
+        "min_common_joints = {0}  # of 17; lowered: the detections have few\n"
         "min_joints = {0}\n",
         *survey.min_joints);
   }

@@ -20,6 +20,7 @@
 #include "apps/report/page_data.h"
 #include "apps/report/view_images.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/frame_pairing.h"
 #include "core/io/calibration/calibration.h"
@@ -277,8 +278,9 @@ std::string WhatVideosLack(const ViewImages& images, const PageInput& input) {
     if (!images.videos[v].has_value()) continue;
     const size_t lacks = FramesWithout(*images.videos[v], input);
     if (lacks == 0) continue;
-    text += fmt::format("{}: {} frames are not in its video\n",
-                        input.detections->header.view_names[v], lacks);
+    text += fmt::format(
+        "{}: {} not in its video\n", input.detections->header.view_names[v],
+        Counted(static_cast<int64_t>(lacks), "frame is", "frames are"));
   }
   return text;
 }
@@ -301,9 +303,11 @@ std::string AddImages(const ViewImages& images, PageInput* input) {
   const EmbeddedPictures embedded = EmbedPictures(
       images.patterns,
       std::max<size_t>(1, max_bytes - std::min(max_bytes, taken)),
-      [&progress] { progress.Advance(); }, input);
+      [&progress](int64_t frames) { progress.Set(frames); }, input);
   return text +
-         fmt::format("{} pictures inside the page{}\n", embedded.count,
+         fmt::format("{} inside the page{}\n",
+                     Counted(static_cast<int64_t>(embedded.count), "picture",
+                             "pictures"),
                      embedded.stride > 1
                          ? fmt::format(", one frame in {}", embedded.stride)
                          : "");

@@ -41,10 +41,9 @@ constexpr const char* kTables[] = {"campus",     "campus_extended", "shelf",
 
 constexpr const char* kDetailsHeading =
     "# Details of the tables\n\nAll counts behind `reproduce.md`, for every "
-    "way of deriving the bottom and the top of the head from the detected "
-    "joints (head) and both criteria for a correct part (rule: `mean` error "
-    "of its two ends, or the error of `each` end), and the incorrect parts of "
-    "each actor.\n\n";
+    "conversion of nose, ears and shoulders to the bottom and top of the head "
+    "(head), and by the mean error of a part's two ends or by each end "
+    "(endpoints: mean, each); and the incorrect parts of each actor.\n\n";
 
 bool Wanted(const std::string& table) {
   return FLAGS_table.empty() || FLAGS_table == table;

@@ -1,5 +1,6 @@
 // kinegraph-synthesize: makes a scene from a seed, with detections and ground
 // truth.
+#include <fmt/format.h>
 #include <gflags/gflags.h>
 
 #include <cstdio>
@@ -12,6 +13,7 @@
 #include "apps/common/synthesis.h"
 #include "apps/common/track_files.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/configuration/config.h"
 #include "core/io/detections/format.h"
 #include "core/io/files/atomic_file.h"
@@ -100,11 +102,16 @@ void RunSynthesize() {
       MakeRecording(FindConfig(FLAGS_config), FLAGS_set, motion);
   WriteRecording(recording, FLAGS_out);
   if (format != nullptr) WriteDetectionsAs(*format, recording);
-  std::printf("%zu frames, %zu cameras, %zu people, %lld detections -> %s\n",
-              recording.detections.frames.size(),
-              recording.scene.cameras.size(), recording.scene.people.size(),
-              static_cast<long long>(CountDetections(recording.detections)),
-              FLAGS_out.c_str());
+  const Scene& scene = recording.scene;
+  const std::string text = fmt::format(
+      "{}, {}, {}, {} -> {}\n",
+      Counted(static_cast<int64_t>(recording.detections.frames.size()), "frame",
+              "frames"),
+      Counted(static_cast<int64_t>(scene.cameras.size()), "camera", "cameras"),
+      Counted(static_cast<int64_t>(scene.people.size()), "person", "people"),
+      Counted(CountDetections(recording.detections), "detection", "detections"),
+      FLAGS_out);
+  std::fputs(text.c_str(), stdout);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "apps/common/recording_output.h"
 #include "apps/common/track_files.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/data/identity_edit.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/tracked_cameras.h"
@@ -313,7 +314,7 @@ void WriteSideFiles(const Recording& recording, const Session& session,
     WriteTrackedCameras(beside(kCamerasEnd), recording.ready.cameras,
                         RefinementJson(recording.ready), tracks);
   }
-  // Present if a bias was to be learnt, even if it is not used.
+  // Not empty if a bias was to be learnt; states whether it is used.
   const ViewBias bias = session.view_bias();
   if (!bias.joints.empty()) {
     WriteViewBias(beside(kBiasEnd), bias, tracks);
@@ -381,10 +382,12 @@ void SayOutcome(const Recording& recording, const Session& session,
         session.scale().size_m(), kPersonSize_m, session.scale().metres());
   }
   const RunSummary& summary = session.summary();
+  const bool is_human = IsHuman(session.scene().model.skeleton);
   std::string text = fmt::format(
-      "{} frames, {} {}, {} poses -> {}\n", summary.frames, summary.people,
-      IsHuman(session.scene().model.skeleton) ? "people" : "tracks",
-      summary.person_frames, path);
+      "{}, {}, {} -> {}\n", Counted(summary.frames, "frame", "frames"),
+      is_human ? Counted(summary.people, "person", "people")
+               : Counted(summary.people, "track", "tracks"),
+      Counted(summary.person_frames, "pose", "poses"), path);
   text += RefinementText(recording.ready);
   if (recording.ready.changes_cameras() && !IsStream(FLAGS_out)) {
     text += "-> " + BesideTracks(FLAGS_out, kCamerasEnd) + "\n";
@@ -454,9 +457,9 @@ void RunTrack() {
   std::fputs(text.c_str(), said);
   if (!ended.has_value()) return;
   throw InputError(fmt::format(
-      "{}; the {} frames before it are kept (input.skip_bad_frames=true skips "
-      "such frames)",
-      ended->what(), summary.frames));
+      "{}; the {} kept (input.skip_bad_frames=true skips such frames)",
+      ended->what(),
+      Counted(summary.frames, "frame before it is", "frames before it are")));
 }
 
 }  // namespace

@@ -48,8 +48,8 @@ if(TARGET kinegraph_python)
     "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_minor})")
 endif()
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox, python3-numpy")
-# For programs that link the library, and for programs that read other formats
-# (docs/adapters.md).
+# For programs that link the library, and for the programs that read other
+# formats (docs/adapters.md).
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libceres-dev, libeigen3-dev,\
  libgoogle-glog-dev, libgflags-dev, libtomlplusplus-dev, libsimdjson-dev,\
  nlohmann-json3-dev, libyaml-cpp-dev, libpugixml-dev, libfmt-dev,\

@@ -1,5 +1,5 @@
-// Uncertainty of a joint: prints, for every tenth frame with one person, the
-// longest 95 % half-axis of the left wrist next to its true error in a
+// Uncertainty of a joint: prints, for every tenth frame if one person is in it,
+// the longest 95 % half-axis of the left wrist next to its true error in a
 // synthetic scene.
 #include <kinegraph/kinegraph.h>
 

@@ -69,8 +69,8 @@ def compare(table, truth):
     pairs = rows >= 0
     if not pairs.any():
         sys.exit("no tracked person is near a true one at any common time")
-    held = total = 0
-    print(f"{'angle':22} {'RMS error, deg':>14} {'held, %':>8} {'of':>6}")
+    contained = total = 0
+    print(f"{'angle':22} {'RMS error, deg':>14} {'inside, %':>9} {'of':>6}")
     for name in table.angles:
         if name not in truth.angles:
             continue
@@ -87,11 +87,11 @@ def compare(table, truth):
                 found - error <= table[f"{name}_high_deg"][pairs]
             )
             share = f"{100.0 * inside[known].mean():.1f}"
-            held += inside[known].sum()
+            contained += inside[known].sum()
             total += known.sum()
-        print(f"{name:22} {rms:14.2f} {share:>8} {known.sum():6}")
-    share = f"{100.0 * held / total:.1f}" if total else "-"
-    print(f"{'all':22} {'':14} {share:>8} {total:6}")
+        print(f"{name:22} {rms:14.2f} {share:>9} {known.sum():6}")
+    share = f"{100.0 * contained / total:.1f}" if total else "-"
+    print(f"{'all':22} {'':14} {share:>9} {total:6}")
 
 
 def main(tracks_path, out, truth_path=None):

@@ -24,6 +24,7 @@
 
 #include "core/base/constants.h"
 #include "core/base/stop_check.h"
+#include "core/base/text.h"
 #include "core/data/checks.h"
 #include "core/evaluation/centres.h"
 #include "core/evaluation/correspondence.h"
@@ -865,9 +866,13 @@ void BindTracks(py::module_& m) {
           "The effective configuration.")
       .def("__repr__",
            [](const TrackSequence& t) {
-             return "<kinegraph.Tracks of " + std::to_string(t.frames.size()) +
-                    " frames, " + std::to_string(ColumnsOf(t).size()) +
-                    " people>";
+             return "<kinegraph.Tracks of " +
+                    Counted(static_cast<int64_t>(t.frames.size()), "frame",
+                            "frames") +
+                    ", " +
+                    Counted(static_cast<int64_t>(ColumnsOf(t).size()), "person",
+                            "people") +
+                    ">";
            })
       .def_property_readonly(
           "frames",

@@ -24,8 +24,8 @@ const char* ToString(Mode mode);
 // Estimators that can serve association: Last() and Predict() follow the newest
 // frames.
 enum class FeedbackKind { kGaussian, kWindow };
-// Estimators that can be written; for a description of each see
-// solvers/smoothers.h.
+// Estimators whose poses can be written; solvers/smoothers.h has a descriptor
+// of each.
 enum class OutputKind {
   kRawDlt,
   kRobustTriangulation,

@@ -170,7 +170,7 @@ std::vector<Smoother> OfSingleFrames() {
                        })})}}};
 }
 
-// Filters whose output depends on a few neighbouring samples.
+// Filters whose output depends mainly on a few neighbouring samples.
 std::vector<Smoother> OfFewSamples() {
   using F = FilterOptions;
   const Causal trailing = [](const EstimatorOptions& options) {
@@ -239,7 +239,7 @@ SmootherVariant ByGcv(std::string name, std::string title) {
                  });
 }
 
-// Filters of the whole signal, without phase shift.
+// Low-pass filters without phase shift and curves fitted to the whole signal.
 std::vector<Smoother> OfWholeSignals() {
   using F = FilterOptions;
   return {

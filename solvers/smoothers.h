@@ -36,7 +36,8 @@ struct SmootherVariant {
   std::string tuned_as;
   // Lag of the window in frames; -1: no window.
   int lag_frames = -1;
-  // Whether `compare` also runs it on points from which outliers were excluded.
+  // Whether `compare` also runs it on the points of the robust triangulation
+  // (PointKind::kRobust).
   bool also_on_robust_points = false;
 };
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "apps/common/table.h"
+#include "core/base/text.h"
 #include "core/kinematics/ground.h"
 
 namespace kinegraph {
@@ -414,8 +415,9 @@ EvaluationOutput DescribeIdentity(const IdentityResult& result) {
   count("misses", result.misses);
   count("false positives", result.false_positives);
   count("matches", result.matches);
-  table.AddRow({"identities", fmt::format("{} for {} people", result.identities,
-                                          result.true_people)});
+  table.AddRow({"identities",
+                fmt::format("{} for {}", result.identities,
+                            Counted(result.true_people, "person", "people"))});
   table.AddRow(
       {"person-frames", fmt::format("{} for {}", result.found_person_frames,
                                     result.true_person_frames)});

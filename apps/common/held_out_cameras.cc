@@ -11,6 +11,7 @@
 #include "apps/common/progress.h"
 #include "apps/common/track_files.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/configuration/config.h"
 #include "core/io/configuration/recording_files.h"
@@ -152,8 +153,9 @@ void CheckRuns(const HeldOutInput& input) {
   }
   if (request.runs.size() != input.views().size()) {
     throw InputError(fmt::format(
-        "--runs: found {} files, expected one for each of the {} views",
-        request.runs.size(), input.views().size()));
+        "--runs: found {}, expected one for each of the {} views",
+        Counted(static_cast<int64_t>(request.runs.size()), "file", "files"),
+        input.views().size()));
   }
 }
 

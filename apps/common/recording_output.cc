@@ -354,11 +354,11 @@ std::string RefinementText(const ReadyRecording& recording) {
   const Refinement refinement = recording.refinement.value_or(Refinement());
   std::vector<std::string> lags;
   for (size_t v = 0;
-       recording.record.has_value() && v < refinement.lag_frames.size(); ++v) {
-    if (refinement.lag_frames[v] == 0) continue;
+       recording.record.has_value() && v < refinement.lag_numbers.size(); ++v) {
+    if (refinement.lag_numbers[v] == 0) continue;
     lags.push_back(fmt::format("{} {:+}",
                                Printable(recording.record->cameras[v].name),
-                               refinement.lag_frames[v]));
+                               refinement.lag_numbers[v]));
   }
   std::string text;
   if (!lags.empty()) {

@@ -14,7 +14,7 @@
 
 namespace kinegraph {
 
-// Replaces the placeholders in the fixes (solvers/scene/doctor.h): RECORDING by
+// Replaces the placeholders in fixes (solvers/scene/doctor.h): RECORDING by
 // `recording`, the flags of the recording's files; INPUTS by these and
 // `configuration`; kUseCorrected by --cameras with the path `corrected`, or by
 // nothing if that is empty.

@@ -51,15 +51,16 @@ struct Comparison {
   // other.
   std::vector<Fold> folds;
   HeldOutSet set;  // in the frames of the folds
-  // Limit of a held-out error, and error of a joint without a prediction; one
-  // per view.
+  // Limit of a held-out error, and the error of a joint without a prediction;
+  // one per view.
   std::vector<double> cap_px;
   // The people that the frozen run writes in the folds' frames, with their
   // identities and matches but without positions; `set` is made from them.
   TrackSequence reference;
   std::vector<PersonFrames> people;  // of `reference`, with their frames
   std::optional<TrackSequence> truth;
-  // Upright direction of `truth`: UpOfTruth (apps/common/evaluation_output.h).
+  // Upright direction of `truth`, by UpOfTruth
+  // (apps/common/evaluation_output.h).
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   std::optional<PcpProtocol> protocol;  // for PCP, in the folds' frames
   bool angles = false;                  // also scores flexions

@@ -10,6 +10,7 @@
 
 #include "apps/common/evaluation_output.h"
 #include "apps/common/table.h"
+#include "core/base/text.h"
 #include "core/io/configuration/config.h"
 
 namespace kinegraph {
@@ -610,8 +611,8 @@ std::string CompareMarkdown(const CompareResult& result,
                             const std::vector<ChosenCutoff>& cutoffs) {
   const Comparison& comparison = result.comparison;
   std::string text = fmt::format(
-      "# Smoothing strategies compared\n\nFrames {} at {} Hz, {} cameras, {} "
-      "people, {} scored joints. The matches of one run are frozen; every "
+      "# Smoothing strategies compared\n\nFrames {} at {} Hz, {} cameras, {}, "
+      "{} scored joints. The matches of one run are frozen; every "
       "strategy gets the same detections, joints filter and triangulation. "
       "Held-out error: each camera is left out of the frozen matches in turn, "
       "and the pose estimated from the others is projected into it "
@@ -621,8 +622,9 @@ std::string CompareMarkdown(const CompareResult& result,
       "mean.\n\n{}\n\n{}",
       fmt::join(CellsOf(comparison.folds, FramesText), " and "),
       Fixed(comparison.rate_hz(), 0), comparison.views().size(),
-      comparison.people.size(), ScoredJoints(result), VerdictText(result),
-      RankingText(result));
+      Counted(static_cast<int64_t>(comparison.people.size()), "person",
+              "people"),
+      ScoredJoints(result), VerdictText(result), RankingText(result));
   for (const StrategyResult& one : result.strategies) {
     if (one.ran()) continue;
     text += "- cannot be run here: " + one.strategy.title + " (" +

@@ -39,7 +39,7 @@ std::string RankingText(const CompareResult& result);
 std::vector<std::string> BalanceSentences(const CompareResult& result);
 
 // Sentences: the best strategy, how certain that is, its delay and, with a
-// ground truth, the strategy nearest to that truth.
+// ground truth, the strategy nearest to the truth.
 std::string VerdictText(const CompareResult& result);
 
 // recommended.toml: the configuration of the comparison with the strategy of

@@ -238,7 +238,7 @@ std::string ReadPicture(const std::string& path) {
 
 EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
                                size_t max_bytes,
-                               const std::function<void()>& step,
+                               const std::function<void(int64_t frames)>& step,
                                PageInput* input) {
   EmbeddedPictures embedded;
   input->pictures.assign(input->cameras.size(), {});
@@ -268,7 +268,7 @@ EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
       ++embedded.count;
       input->pictures[view][number] = std::move(bytes);
     }
-    step();
+    step(static_cast<int64_t>(std::min(f + stride, frames.size())));
   }
   return embedded;
 }

@@ -55,11 +55,11 @@ struct EmbeddedPictures {
 
 // Embeds the images of `patterns` (one per camera, empty: none) for the frames
 // of the first result into `input`, JPEG and PNG unchanged; as many frames as
-// fit into `max_bytes` of text, evenly spaced. `step` is called after each
-// embedded frame.
+// fit into `max_bytes` of text, evenly spaced. After each embedded frame,
+// `step` gets the number of frames that are done, with those left out after it.
 EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
                                size_t max_bytes,
-                               const std::function<void()>& step,
+                               const std::function<void(int64_t frames)>& step,
                                PageInput* input);
 
 }  // namespace kinegraph

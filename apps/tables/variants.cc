@@ -101,9 +101,8 @@ Json AblationJson(const Dataset& dataset,
   return out;
 }
 
-// Adds a row for all parts together and one for the lower arms if the recording
-// is tracked by the front end of Chen et al. with and without the joints
-// filter.
+// Adds a row for all parts and one for the lower arms if the recording is
+// tracked by the front end of Chen et al. with and without the joints filter.
 void AddFilterInChen(const BenchmarkData& data,
                      const BenchmarkRecording& recording, Table* table,
                      Json* json) {

@@ -32,8 +32,8 @@ struct AblationCell {
 std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
 
 // The paper's bars: the gain of each component over the baseline, with the
-// paired interval; a panel for all parts together and one for the lower arms,
-// both as the mean over actors.
+// paired interval; a panel for all parts and one for the lower arms, each as
+// the mean over actors.
 struct AblatedRecording {
   std::string name;
   std::vector<AblationCell> cells;  // from RunAblation
@@ -102,7 +102,7 @@ TableOutput SensitivityTable(const BenchmarkData& data, const std::string& out);
 // ---- Runtime
 
 // Processor time of every method on each benchmark's first two recordings;
-// methods in paper mode also without the joints filter; detections in memory,
+// methods in paper mode also without the joints filter. Detections in memory,
 // one thread.
 TableOutput RuntimeTable(const BenchmarkData& data);
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <string>
 
 namespace kinegraph {
 namespace {
@@ -24,6 +25,15 @@ int RootOf(int node, std::vector<int>* parent) {
     node = (*parent)[node];
   }
   return node;
+}
+
+// `what`: "cost" or "gain".
+void CheckSize(const std::string& what, size_t size, int rows, int cols) {
+  if (rows < 0 || cols < 0 ||
+      size != static_cast<size_t>(rows) * static_cast<size_t>(cols)) {
+    throw std::invalid_argument("assignment: " + what +
+                                " does not have rows x cols entries");
+  }
 }
 
 std::vector<AssignmentPart> PartsOf(Span<double> gain, int rows, int cols) {
@@ -51,11 +61,7 @@ std::vector<AssignmentPart> PartsOf(Span<double> gain, int rows, int cols) {
 
 void HungarianSolver::Minimise(Span<double> cost, int rows, int cols,
                                std::vector<int>* col_of_row) {
-  if (rows < 0 || cols < 0 ||
-      cost.size() != static_cast<size_t>(rows) * static_cast<size_t>(cols)) {
-    throw std::invalid_argument(
-        "assignment: cost does not have rows x cols entries");
-  }
+  CheckSize("cost", cost.size(), rows, cols);
   for (const double c : cost) {
     if (!std::isfinite(c)) {
       throw std::invalid_argument("assignment: a cost is not finite");
@@ -93,6 +99,13 @@ void HungarianSolver::Maximise(Span<double> gain, int rows, int cols,
 
 void HungarianSolver::MaximisePositive(Span<double> gain, int rows, int cols,
                                        std::vector<int>* col_of_row) {
+  CheckSize("gain", gain.size(), rows, cols);
+  // Minimise() checks those that are positive.
+  for (const double g : gain) {
+    if (std::isnan(g)) {
+      throw std::invalid_argument("assignment: a gain is not a number");
+    }
+  }
   col_of_row->assign(rows, -1);
   std::vector<double> cost;
   std::vector<int> chosen;

@@ -25,8 +25,10 @@ class HungarianSolver {
   void Maximise(Span<double> gain, int rows, int cols,
                 std::vector<int>* col_of_row);
   // The largest total of pairs whose gain is > 0; other pairs are not assigned.
-  // Rows and columns that such pairs do not connect are solved as separate
-  // problems, so the running time grows little with their number.
+  // Groups of rows and columns that no such pair connects are solved
+  // separately, which takes less time than one large problem. Throws
+  // std::invalid_argument unless `gain` has rows x cols entries, without NaN
+  // and positive infinity.
   void MaximisePositive(Span<double> gain, int rows, int cols,
                         std::vector<int>* col_of_row);
 

@@ -7,9 +7,9 @@
 
 namespace kinegraph {
 
-// The fewest joints, of 17, that determine position and orientation of a body.
-// Numbers of joints "of 17" are scaled to the joints of the skeleton
-// (ScaledJoints).
+// The fewest common joints with which graph mode matches a detection with a
+// person, and the fewest joints that a new person may have, of 17. Numbers of
+// joints "of 17" are scaled to the joints of the skeleton (ScaledJoints).
 inline constexpr double kFewestJoints = 4.0;
 
 enum class AffinityKind {

@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,6 +40,10 @@ std::optional<Number> ParseNumber(std::string_view text) {
 inline std::string_view WithoutPlus(std::string_view text) {
   return text.substr(!text.empty() && text.front() == '+' ? 1 : 0);
 }
+
+// A number of things: "1 frame", "2 frames". `one` and `many` may include a
+// verb, as in "1 image is", "2 images are".
+std::string Counted(int64_t count, const char* one, const char* many);
 
 // `text` escaped for HTML and XML, in elements and quoted attributes.
 std::string HtmlText(const std::string& text);

@@ -1,6 +1,6 @@
-// Time is an int64 number of nanoseconds. Constants that the paper (Chu et al.
-// 2021) gives per frame are converted to rates and durations with the nominal
-// frame rate.
+// Time is an int64 number of nanoseconds. Where constants are in frames, as
+// those of Chu et al. (2021), durations are converted to frames at the nominal
+// rate.
 #ifndef KINEGRAPH_CORE_BASE_TIME_H_
 #define KINEGRAPH_CORE_BASE_TIME_H_
 

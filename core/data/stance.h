@@ -37,10 +37,12 @@ class Stance {
   // Adds a pose.
   void See(const PersonPose& person);
 
-  // The unit vector that points up; nullopt if unknown. The first that applies:
+  // The unit vector that points up; nullopt if unknown. The cameras' upward
+  // direction is that of UpOfCameras or, if there is one, the world axis within
+  // 40 degrees of it. The first that applies:
   // - among the directions in which people stand, the stated axis and the
-  //   cameras' upward direction (UpOfCameras): the one along which people's
-  //   lowest joints are at one height, if they are not along the others;
+  //   cameras' upward direction: the one along which people's lowest joints are
+  //   at one height, if they are not along the others;
   // - the stated axis or, without one, the cameras' upward direction, if fewer
   //   than 80 % of the people stand in one direction;
   // - the stated axis, unless people stand at more than 50 degrees to it and

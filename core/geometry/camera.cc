@@ -46,8 +46,8 @@ void CheckParameters(const CameraParameters& p) {
   }
 }
 
-// Nearest rotation. A matrix that is orthonormal to double precision is
-// returned unchanged, bit for bit.
+// Nearest rotation. A matrix that is orthonormal to 1e-9 is returned unchanged,
+// bit for bit.
 Eigen::Matrix3d Orthonormal(const Eigen::Matrix3d& R) {
   const Eigen::Matrix3d gram = R * R.transpose();
   if ((gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-9) {

@@ -296,7 +296,7 @@ void MarkConflictsWith(const LaneView& a, const LaneView& b, const double* f,
   }
 }
 
-// One set of entry points per instruction set; only dlt_lanes.h calls them.
+// One set of entry points per instruction set; only dlt_lanes.cc calls them.
 #define KINEGRAPH_DLT_LANES(Set)                                               \
   void TriangulateLanes##Set(const LaneView* views, int view_count, int lanes, \
                              const TriangulationOptions& options,              \

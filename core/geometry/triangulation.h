@@ -21,7 +21,7 @@ enum class TriangulationStatus {
 struct PointMeasurement {
   const Camera* camera = nullptr;
   Eigen::Vector2d ideal_px = Eigen::Vector2d::Zero();
-  double weight = 1.0;  // of the equations; its square weights the residual
+  double weight = 1.0;  // of the equations, whose squared errors are summed
 };
 
 struct TriangulationResult {

@@ -112,8 +112,8 @@ class PieceMaker {
   TimeNs newest_ = 0;
 };
 
-// Limbs, shoulders, hips, and from shoulder to hip. A body of few joints, such
-// as top and bottom of a box, has its size instead: a person's height.
+// Whether a bone is used (BoneModel::BoneModel). Of few joints, such as the top
+// and the bottom of a box, every bone is: it measures a person's height.
 bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
   constexpr int kFewJoints = 3;
   if (skeleton.joint_count() <= kFewJoints) return true;

@@ -428,8 +428,9 @@ class Linker {
     return true;
   }
 
-  // All insertions with positive log odds, each with its advantage over no
-  // insertion and over the insertions that it excludes.
+  // All insertions with positive log odds, each with its margin over no
+  // insertion, over the insertions that it excludes and over the joins of its
+  // guest with people other than its host.
   std::vector<Insertion> FindInsertions() const {
     std::vector<Insertion> all;
     for (size_t guest = 0; guest < chains_.size(); ++guest) {

@@ -23,7 +23,7 @@ struct Evidence {
   bool allowed = false;
   double bones = 0.0;
   double motion = 0.0;
-  double other = 0.0;  // continuity and hints
+  double other = 0.0;  // prior, duration of the absence, continuity and hints
   double total() const { return bones + motion + other; }
 };
 

@@ -14,7 +14,8 @@
 namespace kinegraph {
 namespace {
 
-// Removals of tracks that nearly always coincide with a longer one.
+// Removals of tracks that nearly always coincide with a longer one, or with an
+// equally long one of lower identity.
 std::vector<IdentityEdit> FindDuplicates(const std::vector<Tracklet>& tracks) {
   std::vector<IdentityEdit> edits;
   for (size_t i = 0; i < tracks.size(); ++i) {

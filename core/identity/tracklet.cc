@@ -171,8 +171,8 @@ namespace {
 // may continue with the wrong person where another track begins or ends within
 // a metre of it.
 constexpr double kNear = 1.0;          // m
-constexpr double kTouching = 0.4;      // m
-constexpr double kMayExchange = 1.5;   // m
+constexpr double kTouching = 0.4;      // m; nearer: a contact
+constexpr double kMayExchange = 1.5;   // m; nearer: one if SeemExchanged
 constexpr double kExchangeTime = 0.4;  // s, within which an exchange shows
 // The beginning or end of another track is a contact from kBefore, because a
 // track is unreliable before it is lost, to kAfter.
@@ -192,11 +192,11 @@ constexpr double kHop = 0.25;  // m
 struct Interval {
   TimeNs begin = 0;
   TimeNs end = 0;
-  bool blind = false;  // no other person is near
+  bool blind = false;  // only because no view sees the track
   std::vector<Pieces::Hop> hops;
 };
 
-// The people present in each frame, and their positions in their tracks.
+// The people present in each frame, by the indices of track and frame.
 struct Crowd {
   explicit Crowd(const std::vector<Tracklet>& tracks) {
     for (size_t t = 0; t < tracks.size(); ++t) {

@@ -141,7 +141,8 @@ FileKind ChooseKind(const ConversionOptions& flags) {
   }
   const FileKind kind = RecogniseKind(flags.in);
   if (Contains(both, kind)) return kind;
-  // The folder of a session contains cameras and detections.
+  // A folder recognised as a calibration may also contain detections, as that
+  // of a Caliscope session does.
   if (Contains(both, kDetections) && IsFolder(flags.in) &&
       (RecogniseDetections(LookAtDetections(flags.in)) != nullptr ||
        AdapterOf(flags.in, AdapterKind::kDetections).has_value())) {
@@ -273,7 +274,7 @@ std::string ConvertCalibration(const ConversionOptions& flags,
           "is not kept");
     }
   }
-  return fmt::format("{} cameras", cameras.size());
+  return Counted(static_cast<int64_t>(cameras.size()), "camera", "cameras");
 }
 
 // A frame's number and time.
@@ -347,8 +348,9 @@ std::string ConvertDetections(const ConversionOptions& flags,
     write.image_size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
   }
   FindDetectionFormat(flags.to)->write(flags.out, write, &source, lost_fields);
-  return fmt::format("{} frames of {} views", source.frames(),
-                     source.header().view_names.size());
+  const auto views = static_cast<int64_t>(source.header().view_names.size());
+  return Counted(source.frames(), "frame", "frames") + " of " +
+         Counted(views, "view", "views");
 }
 
 // The existing identities, such as "0, 3, 7".
@@ -432,8 +434,8 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-// Rotates tracks that were read with their file's X, Y, Z as the world's into
-// the world. `axes`: the world axes along X, Y and Z.
+// Rotates into the world tracks that were read as if X, Y and Z of their file
+// were x, y and z of the world. `axes`: the world axes along X, Y and Z.
 void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   Eigen::Matrix3d world_from_file;
   for (int i = 0; i < 3; ++i) {
@@ -539,7 +541,7 @@ std::string ConvertTracks(const ConversionOptions& flags,
     lost_fields->push_back("names of people are not kept");
   }
   to.write(flags.out, tracks, write, lost_fields);
-  return fmt::format("{} frames", tracks.frames.size());
+  return Counted(static_cast<int64_t>(tracks.frames.size()), "frame", "frames");
 }
 
 }  // namespace

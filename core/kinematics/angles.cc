@@ -77,14 +77,14 @@ size_t ShoulderOf(double side) { return side > 0.0 ? 3 : 2; }
 
 // ---- Angles in these frames [rad] -------------------------------------------
 
-// Angle about an axis of a unit vector with these components perpendicular to
-// it; nullopt if the vector is within 10 degrees of the axis.
+// Angle about an axis of a unit vector whose components perpendicular to the
+// axis are these; nullopt if the vector is within 10 degrees of the axis.
 std::optional<double> Around(double sine, double cosine) {
   if (std::hypot(sine, cosine) < kLeastSine) return std::nullopt;
   return std::atan2(sine, cosine);
 }
 
-// Angle of a unit vector to a plane, from its component perpendicular to it.
+// Angle of a unit vector to a plane, from its component normal to the plane.
 double Tilt(double sine) { return std::asin(std::clamp(sine, -1.0, 1.0)); }
 
 // A direction in a frame; nullopt where either is undetermined.

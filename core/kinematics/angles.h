@@ -51,7 +51,8 @@ struct AngleEstimate {
   std::optional<double> high_deg;
 };
 
-// The angles for which a skeleton has the joints: sides separately, left first.
+// The angles for which a skeleton has the joints: of the left side, the right
+// side, the trunk and the pelvis.
 std::vector<JointAngle> AnglesOf(const Skeleton& skeleton);
 
 // nullopt when a joint is missing or the angle is undefined in this pose. The

@@ -42,7 +42,8 @@ struct ReconstructionOptions {
   double max_lost_share = 1.0 / 3.0;
   // Graph mode: a joint found in one view and missed in the others counts
   // neither as lost nor as seen; its measurement still reaches the estimator.
-  // Paper mode counts all seen joints.
+  // One contradicted joint is always allowed, but at least a quarter of all
+  // seen joints must be triangulated. Paper mode counts all seen joints.
   LostRule lost = LostRule::kContradicted;
 
   // A joint behind a camera that measured it is rejected. The authors' code has

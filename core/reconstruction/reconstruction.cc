@@ -86,8 +86,8 @@ int CountTriangulated(const Reconstruction& reconstruction,
 }
 
 void ReconstructionOptions::Describe(OptionVisitor& visitor) {
-  // At least 1: with the half frame of tolerance of FrameClock::Less, a smaller
-  // value would exclude views of the current frame.
+  // At least 1: with the half frame of tolerance of FrameClock::Less, a value
+  // of 0.5 or less would exclude even the views of the current frame.
   visitor.Number("tau", &tau_frames, Between(1.0, 1e6), "frames",
                  "a view's newest 2D pose is used while younger than this");
   visitor.Number("lambda_t", &lambda_t_per_frame, NonNegative(), "1/frame",

@@ -564,7 +564,8 @@ bool HiddenMatters(const JointNoise& noise) {
   return noise.hidden_missing_rate > 0.0 || noise.hidden_noise_factor != 1.0;
 }
 
-// Whether any option depends on occlusion, whose computation is expensive.
+// Whether any option models occlusion. Its computation is expensive, so no
+// joint counts as hidden otherwise.
 bool HiddenMatters(const NoiseOptions& options) {
   return options.hidden_missed_rate > 0.0 || HiddenMatters(options.joints) ||
          std::any_of(
@@ -587,7 +588,7 @@ DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
     sequence.header.view_names.push_back(scene.cameras[v].name());
     views.emplace_back(options, scene, v);
   }
-  // Random numbers for the times of frames and for dropped frames.
+  // Random numbers for dropped frames and for the jitter of times.
   Random drops(StreamSeed(options.seed, Stream::kFrames, 0, 0));
   Random jitters(StreamSeed(options.seed, Stream::kJitter, 0, 0));
   MarkovBursts drop;

@@ -51,9 +51,10 @@ struct NoiseOptions {
   // Replaces `joints` for classes that were measured separately.
   std::map<JointClass, JointNoise> by_class;
 
-  // Confidence: a mean, lower for hidden and wrong joints. Each observation's
-  // sigma has a log-normal factor, whose log has the standard deviation
-  // `noise_spread`; its confidence is divided by the factor's square.
+  // Confidence: a mean, lower for wrong joints and, if any option for hidden
+  // joints or people is set, for hidden joints. Each observation's sigma has a
+  // log-normal factor, whose log has the standard deviation `noise_spread`; its
+  // confidence is divided by the factor's square.
   double confidence = 1.0;
   double confidence_sigma = 0.0;
   double noise_spread = 0.0;
@@ -108,9 +109,10 @@ struct ObservationTruth {
 };
 
 // The same scene and options give the same bits. `truth` may be null. Pixels,
-// outliers, missing joints, confidences, people, false people, dropped frames
-// and jitter each have their own random numbers, unaffected by options of the
-// others. Throws OptionError for options outside their limits.
+// outliers, missing joints, confidences, people, false people, the order of
+// detections, dropped frames and jitter each have their own random numbers,
+// unaffected by options of the others. Throws OptionError for options outside
+// their limits.
 DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
                           ObservationTruth* truth);
 

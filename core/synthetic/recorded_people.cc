@@ -34,9 +34,9 @@ struct ClipSetting {
   // Joint centres are not points of rigid bones: each oscillates in the frame
   // of the trunk as its joint bends, with an amplitude drawn uniformly from
   // half to one and a half times this, in a direction of its own. The whole
-  // range (from minus to plus the amplitude) corresponds to the range of angles
-  // in the clip, or to kLeastHalfRange if the joint bends less. Wrist and ankle
-  // follow elbow and knee. 0: none.
+  // range (from minus to plus the amplitude) corresponds to the range of the
+  // angle's cosine in the clip, or to twice kLeastHalfRange if the joint bends
+  // less. Wrist and ankle follow elbow and knee. 0: none.
   double joint_sway_m = 0.0;
 };
 

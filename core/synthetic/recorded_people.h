@@ -57,9 +57,9 @@ struct RecordedMotion {
 
 // The people of one clip in the joints of `skeleton`, matched by name. A person
 // with a missing joint is missing in that frame. Throws InputError naming the
-// file and the problem: no people, a joint that the file lacks, a position that
-// is not finite, times that do not ascend, nobody in two frames at most 0.25 s
-// apart.
+// file and the problem: no frames, no people, a joint that the file lacks, a
+// position that is not finite, times that do not ascend, nobody in two frames
+// at most 0.25 s apart.
 std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
                                       const Skeleton& skeleton);
 

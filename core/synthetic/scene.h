@@ -120,7 +120,7 @@ struct Scene {
 inline constexpr double kSceneMargin = 2.0;
 
 // Throws OptionError for options outside their limits, an unknown skeleton or
-// joint, or cameras inside the area.
+// joint, or cameras less than half a metre outside of where people may be.
 Scene MakeScene(const SceneOptions& options);
 // Overload with a given skeleton; `options.skeleton` is ignored.
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton);

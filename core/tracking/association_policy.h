@@ -51,8 +51,8 @@ class AssociationPolicy {
                             std::vector<char>* /*forbidden*/) {
     return false;
   }
-  // After the updates: index of a track that was recovered in this frame by
-  // detections of this new person, i.e. falsely.
+  // After the updates: index of a track that was falsely recovered in this
+  // frame, by other detections of the person whom this new person shows.
   virtual std::optional<size_t> FalseRecovery(const NewPerson&) const {
     return std::nullopt;
   }

@@ -1,7 +1,7 @@
 // The one interface of every strategy that turns associated detections into a
 // person's motion: causal Gaussian, window, batch, classical filters.
 //
-// An estimator belongs to one person. It takes no part in association or track
+// An estimator belongs to one person. It decides neither association nor track
 // life, so the same observations can be replayed through any strategy.
 #ifndef KINEGRAPH_CORE_TRACKING_ESTIMATOR_H_
 #define KINEGRAPH_CORE_TRACKING_ESTIMATOR_H_

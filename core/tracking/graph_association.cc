@@ -187,7 +187,7 @@ class GraphAssociation final : public AssociationPolicy {
         slight_.push_back({state_.time, pose, weight, 0.0});
         continue;
       }
-      // Trapezoidal rule over the interval since the last frame.
+      // Trapezoidal rule over the interval since the candidate was last seen.
       at->joint_seconds +=
           0.5 * (at->joints + weight) * ToSeconds(state_.time - at->time);
       at->time = state_.time;

@@ -42,9 +42,9 @@ struct GateOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Median distance [m] of the cameras from the point nearest to all optical
-// axes; 4 m where that point is undetermined (axes nearly parallel) or behind
-// the cameras.
+// Median over the cameras of the depth [m] of the point nearest to all optical
+// axes; 4 m where that point is undetermined (a single camera, axes nearly
+// parallel) or behind the cameras.
 double WorkingDistance(const CameraRig& cameras);
 
 // Median over the cameras of focal length / working distance [px/m].

@@ -115,9 +115,9 @@ void Exchange(Bytes& bytes, PersonPose& pose) {
         pose.score);
 }
 
-// Items are stored consecutively in blocks, which are not copied as the queue
-// grows and are freed when their last item was taken. Separate allocations
-// would fragment the memory.
+// Items are stored consecutively in blocks, of which only the first is copied
+// as the queue grows; each is freed when its last item was taken. Separate
+// allocations would fragment the memory.
 template <typename T>
 class PackedQueue {
  public:

@@ -64,7 +64,8 @@ class Tracker {
  public:
   // `detection_skeleton` is the skeleton of the detections; `scene.cameras` has
   // one camera per view, in the same order. If `output` is empty, the feedback
-  // estimator's poses are written. Throws OptionError for options out of range.
+  // estimator's poses are written. Throws OptionError for options or a frame
+  // rate out of range, or a scene without cameras.
   Tracker(SceneModel scene, const Skeleton& detection_skeleton,
           const TrackerOptions& options, EstimatorFactory feedback,
           EstimatorFactory output = nullptr);

@@ -201,7 +201,7 @@ class BatchEstimator final : public Estimator {
     if (!notes_->expects_another_pass()) return nullptr;
     // Not reusable where the result depends on more than the matches nearby:
     // the noise scale depends on all residuals, user factors may depend on the
-    // start.
+    // initial pose. Nor if a chunk was solved without its bones.
     if (options_.EstimatesNoiseScale() || options_.user_factors ||
         !solver_.KeptBones()) {
       return nullptr;
@@ -348,10 +348,10 @@ class BatchEstimator final : public Estimator {
   }
 
   // A bone leaves a joint seen by one view two possible positions on its ray,
-  // and a joint seen by no view a whole sphere. Shortly after two views saw the
-  // joint, its motion determines which position is correct; later the estimate
-  // may be wrong, which a local covariance cannot express. There the covariance
-  // without bones is reported.
+  // and a joint seen by no view a whole sphere. Shortly before or after two
+  // views saw the joint, its motion determines which position is correct;
+  // elsewhere the estimate may be wrong, which a local covariance cannot
+  // express. There the covariance without bones is reported.
   void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* stated) {
     constexpr double kSurelyS = 0.1;
     const std::vector<std::vector<Eigen::Matrix3d>> alone =

@@ -535,9 +535,9 @@ Eigen::MatrixXd ReducedSystem::ScoreVariance() const {
   }
   const auto blocks = static_cast<double>(scores_.size());
   variance *= blocks / std::max(1.0, blocks - 1.0);
-  // Shrinkage towards the multiple of the information with the same trace,
-  // which counts as many blocks as there are parameters: the mean under an
-  // inverse Wishart prior.
+  // Shrinkage towards a multiple of the measurements' information, which counts
+  // as many blocks as there are parameters: the mean under an inverse Wishart
+  // prior. In units of the inverse information both have the same trace.
   const Eigen::MatrixXd inverse = Inverse();
   const double times = (inverse * variance).trace() /
                        std::max(1e-300, (inverse * measured_).trace());

@@ -104,8 +104,8 @@ std::optional<Eigen::Vector2d> ProjectChanged(
         change[kLensK2At] * SecondRadialFactor(lens, ideal, &d_second);
     const Eigen::Matrix2d d_added =
         change[kLensAt] * d_first + change[kLensK2At] * d_second;
-    // Beyond the radius at which the distortion ceases to be monotonic, a point
-    // has no image.
+    // Beyond the radius r at which r (1 + added) ceases to grow, a point has no
+    // image.
     const double along = ideal.dot(d_added * ideal);
     if (!(ideal.squaredNorm() + along >= 0.0)) return std::nullopt;
     distorted += added * ideal;

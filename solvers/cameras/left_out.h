@@ -12,11 +12,12 @@
 
 namespace kinegraph {
 
-// Gain of a fit of some parameters in a view that is excluded from it and keeps
-// its camera: each view in turn, at points that at least two others
-// triangulate. Cameras that are jointly biased by a fit agree better with each
-// other and worse with a held-out camera. nullopt with fewer than four views,
-// because the remaining two views of three always agree.
+// How much a fit of the parameters `free` reduces the error of a view that
+// takes no part in it. Each view in turn is left out with its camera unchanged,
+// the others are fitted, and its error is measured at the points that at least
+// two of them see. Cameras that are jointly biased by a fit agree better with
+// each other and worse with a held-out camera. nullopt with fewer than four
+// views, because the remaining two views of three always agree.
 std::optional<FitGain> LeftOutGain(const CameraRig& cameras,
                                    const SceneSegments& segments,
                                    const FreeParameters& free,

@@ -57,8 +57,8 @@ struct Refinement {
   std::vector<RefineStep> steps;
   double largest_correlation = 0.0;  // between a clock and a camera parameter
   int64_t segments = 0;              // number of motion segments used
-  // Whole frames by which each view was shifted beforehand; part of `changes`.
-  std::vector<int> lag_frames;
+  // Frame numbers by which each view was shifted beforehand; part of `changes`.
+  std::vector<int64_t> lag_numbers;
   bool hardly_moves = false;  // too little motion to determine clocks
 
   bool any_taken() const;

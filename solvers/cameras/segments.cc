@@ -91,7 +91,7 @@ double JointSigma(const SegmentOptions& options, const Keypoint& joint,
 }
 
 // Triangulates the joint (DLT) in the frame nearest to the middle in which at
-// least two views saw it.
+// least two views saw it and their rays determine it.
 std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
                                        const std::vector<SeenFrame>& frames,
                                        const Run& run, int joint,
@@ -171,8 +171,9 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
   return std::count(seen.begin(), seen.end(), 1) >= 2;
 }
 
-// Counts the people whom a view could match because two other views match them,
-// limited by the view's number of detections.
+// Fills SceneSegments::matched and matchable. The people that a view could
+// match in a frame are those matched in at least two views, but not more than
+// the view has detections.
 void CountMatches(const DetectionSequence& detections,
                   const FrozenMatches& matches, SceneSegments* segments) {
   struct Frame {

@@ -170,7 +170,7 @@ int64_t BinOf(const SceneSegments& segments, const MotionSegment& segment);
 // between a leg and an arm, and persist while a person stays in one place.
 enum class Halving {
   kTime,
-  kJoints,
+  kJoints,  // alternating pairs of joints, each left and right
   kBody,    // hips and legs / the other joints
   kPlaces,  // along the direction in which people move most
   kPeople,  // alternating people

@@ -15,9 +15,8 @@ namespace kinegraph {
 // follows from the first state's factors: prior, centre, measurements at their
 // weights, motion. In a coupled problem (PersonProblem::coupled) adds one prior
 // on the second states of all joints, which replaces the joints' own priors.
-// `correction` is the InformationCorrection
-// of the loss; it only affects the prior for covariances. Needs at least two
-// frames.
+// `correction` is the InformationCorrection of the loss; it only affects the
+// priors' information for covariances. Needs at least two frames.
 void DropFirstFrame(double correction, PersonProblem* problem);
 
 // Residual A (x - x0) + b over the kept variables; A upper triangular.

@@ -63,8 +63,8 @@ class SolveLedger {
   // Adds the counts of a person who spans the frames first .. last.
   void Add(const SolveCounts& counts, int64_t first_frame, int64_t last_frame);
   SolveCounts Total() const;
-  // Frames of up to three people who did not converge: "a person in frames 0 to
-  // 99, ...".
+  // Frames of up to three people with solves that did not converge: "a person
+  // in frames 0 to 99, ...".
   std::string NotConverged() const;
 
  private:

@@ -38,7 +38,7 @@ double QuantileOf(const std::vector<BoneObservation>& looks, double share,
 
 // Upper quartile of chi-square with one degree of freedom.
 constexpr double kUpperQuartile = 1.3233;
-// The 0.3 quantile of chi-square (Wilson and Hilferty 1931), accurate to 1 %
+// The 0.3 quantile of chi-square (Wilson and Hilferty 1931), accurate to 2 %
 // from one degree of freedom on.
 double LowChiSquare(int freedom) {
   constexpr double kNormal = -0.5244;  // 0.3 quantile of the standard normal

@@ -67,7 +67,7 @@ struct WhitePowers {
 // Integral over u of the passed power of the correlated errors. The power peaks
 // below 1 / time_s, which may be far below the crossover, so it is integrated
 // over t, with w time_s = tan t, by the midpoint rule; accurate to 1e-6 for
-// crossovers below 3 / time_s, to 1 % at 50 / time_s.
+// crossovers below 3 / time_s, to about 1 % at 50 / time_s.
 double LastingPower(const Spectrum& spectrum, double crossover) {
   constexpr int kSteps = 16;
   const double end = std::atan(kEnd * crossover * spectrum.time_s);

@@ -42,9 +42,9 @@ double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
 double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
                         double process_noise, double variance_m2);
 
-// The part of this factor due to lag, for any errors: if the lag's variance is
-// m times the prior's prediction, the factor grows by (m - 1) times this. The
-// integrals of H^2 and (1 - H)^2 / u^4 over u have the ratio 3 to 1.
+// The part of CovarianceFactor due to lag, for any errors: if the lag's
+// variance is m times the prior's prediction, the factor grows by (m - 1) times
+// this. The integrals of H^2 and (1 - H)^2 / u^4 over u have the ratio 3 to 1.
 inline constexpr double kLagShare = 0.25;
 
 // Expected variances of the residuals of the same smoother, smoothed once more:

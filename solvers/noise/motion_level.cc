@@ -194,8 +194,10 @@ LevelChain::LevelChain(double recording_level) {
     stationary_[i] = std::exp(-0.5 * away * away);
   }
   stationary_ /= stationary_.sum();
-  // Diffusion of the Ornstein-Uhlenbeck process in discrete steps. Detailed
-  // balance gives the jump process its stationary distribution.
+  // Diffusion of the Ornstein-Uhlenbeck process in discrete steps. By detailed
+  // balance `stationary_` is the stationary distribution of these jumps between
+  // neighbours, but not of the whole process, which also has the jumps to any
+  // level that are added below.
   const double rate_hz =
       kSpread * kSpread / kTime_s / (LogLevelStep() * LogLevelStep());
   rates_.setZero();

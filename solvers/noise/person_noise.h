@@ -21,7 +21,7 @@ namespace kinegraph {
 struct AppliedNoise {
   struct Frame {
     TimeNs time = 0;
-    // Variance per axis of the triangulated point, by joint.
+    // Mean variance per axis of the joint's last triangulated point, by joint.
     std::vector<double> variance_m2;
     std::vector<double> process_noise;  // by joint [m^2/s^3]
     // InformationDivisor by joint, if computed.

@@ -40,9 +40,9 @@ class PersonSolver {
   // the start of the stage that failed, and all measurements their weights.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
 
-  // Couples the joints by the problem's bones, starting from the independent
-  // estimates, under the last stage's loss. Without a finite result, the
-  // independent estimates are kept and the problem's bones dropped.
+  // Couples the joints by the problem's bones and prior, starting from the
+  // independent estimates, under the last stage's loss. Without a finite
+  // result, the independent estimates are kept and the problem's bones dropped.
   void SolveBones(PersonProblem* problem);
 
   // With graph.solver = "ceres": solves the whole problem, including the user's

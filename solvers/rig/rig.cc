@@ -19,6 +19,7 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/random.h"
+#include "core/base/text.h"
 #include "core/geometry/lens.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/cameras/fit_error.h"
@@ -1037,10 +1038,11 @@ class RigEstimate {
       }
       if (most >= kLeastByClock) {
         return fmt::format(
-            "its images are {} in this part by about {} frames, because images "
-            "were lost or repeated",
+            "its images are {} in this part by about {}, because images were "
+            "lost or repeated",
             lag > 0 ? "late" : "early",
-            std::abs(lag) * NumberStep(input_.detections.frames));
+            Counted(std::abs(lag) * NumberStep(input_.detections.frames),
+                    "frame", "frames"));
       }
     }
     const auto fit = FitToSide(v, step, /*worse=*/true);

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/text.h"
 #include "solvers/cameras/bundle.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
@@ -45,8 +46,9 @@ struct Step {
   double before = 0.0;
   double after = 0.0;
   double sigma = 0.0;  // of the difference
-  double gain = 0.0;   // reduction of the squared error relative to a straight
-                       // line
+  // Reduction of the squared error relative to a straight line, in units of the
+  // scatter (StepAt).
+  double gain = 0.0;
   double size() const { return std::abs(after - before); }
 };
 
@@ -122,7 +124,7 @@ struct ClockJump {
 
 // Estimates of each view's offset by time bin, assuming that the other views
 // are correct. A bin is a fortieth of the recording, but at least half a
-// second, the duration of a step in walking.
+// second, the duration of a footstep.
 std::vector<LevelBins> OffsetBins(const CameraRig& cameras,
                                   const SceneSegments& segments,
                                   const SegmentOptions& options) {
@@ -250,12 +252,13 @@ Finding FindingOf(const ClockJump& jump, const std::string& camera,
           lost ? fmt::format("from about frame {} on, increase the frame "
                              "numbers of its files by {}",
                              frame, count * number_step)
-               : fmt::format("remove {} images before about frame {}", count,
-                             frame),
-          fmt::format("{} images are {} before about frame {}: its clock jumps "
-                      "by {:+.1f} +- {:.1f} ms",
-                      count, lost ? "missing" : "in excess", frame,
-                      1e3 * jump.jump_s, 1e3 * jump.sigma_s)};
+               : fmt::format("remove {} before about frame {}",
+                             Counted(count, "image", "images"), frame),
+          fmt::format("{} {} before about frame {}: its clock jumps by "
+                      "{:+.1f} +- {:.1f} ms",
+                      Counted(count, "image is", "images are"),
+                      lost ? "missing" : "in excess", frame, 1e3 * jump.jump_s,
+                      1e3 * jump.sigma_s)};
 }
 
 // ---- A camera that was moved ----
@@ -273,11 +276,11 @@ struct CameraBreak {
 
 // The agreement of a view with the others, and of the others among themselves,
 // over some frames.
-struct Sides {
+struct OwnAndOthers {
   PairAgreement own;
   PairAgreement others;
 
-  void Add(const Sides& more) {
+  void Add(const OwnAndOthers& more) {
     own.Add(more.own);
     others.Add(more.others);
   }
@@ -286,11 +289,12 @@ struct Sides {
 };
 
 // [view][frame examined]
-std::vector<std::vector<Sides>> LookAtFrames(
+std::vector<std::vector<OwnAndOthers>> LookAtFrames(
     const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
     const std::vector<int>& frames) {
   const size_t views = cameras.size();
-  std::vector<std::vector<Sides>> all(views, std::vector<Sides>(frames.size()));
+  std::vector<std::vector<OwnAndOthers>> all(
+      views, std::vector<OwnAndOthers>(frames.size()));
   for (size_t i = 0; i < frames.size(); ++i) {
     for (const auto& [a, b] : ComparedPairs(views)) {
       const PairAgreement pair =
@@ -305,12 +309,12 @@ std::vector<std::vector<Sides>> LookAtFrames(
 
 // A view's levels in bins of consecutive frames; a bin's time is the index of
 // its first examined frame.
-LevelBins BinsOf(const std::vector<Sides>& frames, size_t count) {
+LevelBins BinsOf(const std::vector<OwnAndOthers>& frames, size_t count) {
   LevelBins bins;
   for (size_t b = 0; b < count; ++b) {
     const size_t begin = frames.size() * b / count;
     const size_t end = frames.size() * (b + 1) / count;
-    Sides sum;
+    OwnAndOthers sum;
     for (size_t i = begin; i < end; ++i) sum.Add(frames[i]);
     if (!sum.known()) continue;
     bins.push_back({static_cast<double>(begin), 1.0, -sum.level()});
@@ -318,9 +322,10 @@ LevelBins BinsOf(const std::vector<Sides>& frames, size_t count) {
   return bins;
 }
 
-// Index in `frames` of the first frame after a step of the bins: near that
-// step, where the sides before and after differ most.
-size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
+// Index in `frames` of the first frame after a step of the bins: among the
+// frames of the two bins at the step, the one that best divides levels above
+// and below the mean of the two levels.
+size_t FrameOf(const std::vector<OwnAndOthers>& frames, const LevelBins& bins,
                const Step& step) {
   const size_t begin = static_cast<size_t>(bins[step.bin - 1].time_s);
   const size_t end = step.bin + 1 < bins.size()
@@ -328,8 +333,6 @@ size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
                          : frames.size();
   const double middle = 0.5 * (step.before + step.after);
   const double sign = step.after < step.before ? 1.0 : -1.0;
-  // The levels of frames before the step should lie on one side of the mean,
-  // those after it on the other.
   double sum = 0.0;
   double most = 0.0;
   size_t best = begin;
@@ -353,7 +356,7 @@ std::optional<CameraBreak> FindCameraBreak(
   constexpr double kLeastStep = 0.04;
   constexpr double kSigmas = 5.0;
   constexpr int kMostFrames = 400;
-  constexpr double kBinS = 0.5;  // the duration of a step in walking
+  constexpr double kBinS = 0.5;  // the duration of a footstep
   constexpr size_t kMostBins = 40;
   if (cameras.size() < 3 || detections.frames.empty()) return std::nullopt;
   const std::vector<int> frames = FramesToLookAt(ideal, kMostFrames);
@@ -501,8 +504,9 @@ std::optional<Answer> AskForJump(const SetUp& set_up) {
 }
 
 // The two sides of a break are diagnosed separately: the break is reported if
-// there are findings about its view on the worse side and none on the other.
-// The rest of the diagnosis uses the better side.
+// there are findings about its view on the worse side, none of them a likely
+// clock offset, and none on the other side. The rest of the diagnosis uses the
+// better side.
 std::optional<Answer> AskForBreak(const SetUp& set_up) {
   if (!set_up.input.match || !set_up.options.looks_for_break) {
     return std::nullopt;

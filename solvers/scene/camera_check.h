@@ -40,10 +40,10 @@ class CameraCheck {
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
 
   struct View {
-    // Written people within the view's image who are detected by at least two
-    // other views (by one, if there are two views).
+    // Written poses with their middle inside the view's image, of people whom
+    // at least two other views detect (one, if there are two views).
     int64_t people = 0;
-    int64_t seen = 0;  // of these, people with a detection nearby
+    int64_t seen = 0;  // of these, poses with a detection nearby
     // Median of the detections minus the projections of the other views'
     // estimate; with only two views, perpendicular to the epipolar line.
     double x_px = 0.0;

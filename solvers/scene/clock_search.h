@@ -26,9 +26,10 @@ struct ClockSearch {
 int64_t UsualStep(const std::vector<DetectionFrame>& frames);
 
 // The detections with an empty frame at every missing multiple of `step` after
-// a frame, so that a lag in frames is a lag in time. Gaps too long for lags of
-// up to `longest` frames to reach across, or too many to be filled, are
-// shortened.
+// a frame, so that a lag in frames is a lag in time. At either end of a gap at
+// most `longest` empty frames are added, which suffices for lags of up to
+// `longest` frames; fewer if gaps are so many that more than ten empty frames
+// per recorded frame would be added.
 DetectionSequence OnGrid(const DetectionSequence& detections, int64_t step,
                          int64_t longest);
 

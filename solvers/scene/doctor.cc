@@ -192,11 +192,15 @@ class Doctor {
       return false;
     }
     Ask(Stage::kJumps);
+    const double span_s = set_up_.options.bundle.segments.span_s;
     Note(
         fmt::format("matched joints lie {:.2f} px from the projection of their "
                     "best-fitting 3D position (mean, capped at 30 px), in {} "
-                    "motion segments of 0.2 s",
-                    set_up_.Fit().MeanPx(), set_up_.segments.segments.size()));
+                    "motion segments of {}",
+                    set_up_.Fit().MeanPx(), set_up_.segments.segments.size(),
+                    span_s < set_up_.segments.frame_s
+                        ? "one frame"
+                        : fmt::format("up to {:.2g} s", span_s)));
     Ask(Stage::kMatches);
     return true;
   }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/text.h"
 #include "core/evaluation/statistics.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/track.h"
@@ -98,9 +99,9 @@ std::optional<Finding> RepeatsOf(const SetUp& set_up, size_t view) {
       0.0,
       "remove the repeated images, or set the view's own rate "
       "(input.view_frame_rate)",
-      fmt::format(
-          "{} of {} images repeat the previous one, the first in frame {}",
-          repeats, pairs, first)};
+      fmt::format("{} of {} {} the previous one, the first in frame {}",
+                  repeats, Counted(pairs, "image", "images"),
+                  repeats == 1 ? "repeats" : "repeat", first)};
 }
 
 std::optional<Answer> AskForRepeats(const SetUp& set_up) {
@@ -276,7 +277,8 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   const int usual = UsualLag(lags);
   // Beside larger lags, a lag of one frame may be an error of the search. It is
   // left to the examination of the matches, which measures clocks more
-  // precisely, unless a frame is longer than that can measure.
+  // precisely, unless a frame is longer than the largest clock error that the
+  // examination can measure (kFarthestClockS).
   const bool by_more = std::any_of(lags.begin(), lags.end(), [&](int lag) {
     return std::abs(lag - usual) > 1;
   });
@@ -340,8 +342,8 @@ bool AgreesByMoreThanChance(const SetUp& set_up) {
 
 // No reading and no lag of the clocks makes the views agree.
 std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
-  // Views of recordings without faults agree to 0.5 or more; unrelated people
-  // of two views to about 0.1 (docs/doctor.md).
+  // Views of recordings without faults usually agree to 0.5 or more; unrelated
+  // people of two views to about 0.1.
   constexpr double kUnrelated = 0.2;
   const PairAgreement& as_read = set_up.agreement;
   if (set_up.readings_changed > 0 || as_read.score() > kUnrelated ||

@@ -96,14 +96,15 @@ struct Answer {
 
 // When a hypothesis is asked. Within a stage they are asked in the order of the
 // list; those of kReadings compete: the answer with the best agreement is
-// applied, and all are asked again.
+// applied, and they are asked again, until none has an answer or three answers
+// were applied.
 enum class Stage {
   kFiles,      // the frames of the files, without cameras
   kTwins,      // two views with the same calibration
   kReadings,   // reinterpretations of files, images and clocks of the views
-  kWorld,      // the remaining examinations before the recording is tracked
+  kWorld,      // other examinations before the whole recording is tracked
   kStrangers,  // with the tracker's matches: views without matches
-  kJumps,      // with the matches: images that were lost
+  kJumps,      // with the matches: images that were lost or duplicated
   kMatches,    // with the matches: residuals
 };
 

@@ -161,7 +161,7 @@ class SidesTable {
   }
 
   // The views to exchange, found greedily one at a time. A set and its
-  // complement are equivalent: returns the smaller one.
+  // complement are equivalent, so at most half of the views are exchanged.
   std::vector<char> Best() const {
     std::vector<char> exchanged(views_, 0);
     for (size_t round = 0; 2 * (round + 1) <= views_; ++round) {

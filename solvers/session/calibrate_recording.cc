@@ -114,7 +114,8 @@ class Finisher {
                      "' is a view that could not be calibrated");
   }
 
-  // Scales all results by the known length.
+  // Scales the result by the known length, except rig.cameras, which keep their
+  // unit.
   void Metre() {
     const KnownLength& length = input_.length;
     double measured = 0.0;

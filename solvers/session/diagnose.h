@@ -16,10 +16,11 @@ namespace kinegraph {
 
 class SkeletonFit;
 
-// Examines the requested frames. The tracker runs with the options' association
-// and the estimator of FeedbackOf. `unit`: how the lengths of the request's
-// cameras were read. `recorded`: the clocks and covariance recorded with these
-// cameras, applied as in a run. Throws what PrepareScene throws.
+// Examines the requested frames (for the order of the joints, all frames). The
+// tracker runs with the options' association and the estimator of FeedbackOf.
+// `unit`: how the lengths of the request's cameras were read. `recorded`: the
+// clocks and covariance recorded with these cameras, applied as in a run.
+// Throws what PrepareScene throws.
 Diagnosis DiagnoseRecording(
     const RunOptions& options, const RunRequest& request,
     const DetectionSequence& detections, const CalibrationUnit& unit,

@@ -318,7 +318,8 @@ std::optional<Ground> GroundOf(const TrackHeader& header,
   if (!(axis.norm() > 0.0) || ground.foot_count < kFewestFeet) {
     return std::nullopt;
   }
-  // If most people lie, those standing carry more information.
+  // If most people lie, their mean axis is not vertical: the up direction
+  // according to Stance replaces it if they differ by more than 50 degrees.
   const Eigen::Vector3d mean = axis.normalized();
   const Eigen::Vector3d body =
       StanceOf(header.skeleton, frames).UpUnlike(mean).value_or(mean);

@@ -1,6 +1,5 @@
 // Estimates a world that stands on the floor from people's feet: z points up,
-// the floor is at z = 0, and the origin is in the middle of where people
-// walked.
+// the floor is at z = 0, and the origin is in the middle of where people stood.
 #ifndef KINEGRAPH_SOLVERS_SESSION_GROUND_H_
 #define KINEGRAPH_SOLVERS_SESSION_GROUND_H_
 
@@ -29,7 +28,8 @@ struct Ground {
 };
 
 // `frames`: tracks in metres, ascending. nullopt if there are too few positions
-// of resting feet. Assumes that shoulders are on average above ankles.
+// of resting feet, or no pose with both shoulders and both ankles. Assumes that
+// shoulders are on average above ankles.
 std::optional<Ground> GroundOf(const TrackHeader& header,
                                const std::vector<TrackFrame>& frames);
 

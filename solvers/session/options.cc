@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/data/limits.h"
 #include "core/io/configuration/config.h"
 
 namespace kinegraph {
@@ -129,11 +130,11 @@ namespace {
 double RateOf(const std::string& view, const std::string& text) {
   char* end = nullptr;
   const double rate_hz = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !(rate_hz > 0.0 && rate_hz <= 1e5)) {
-    throw OptionError(
-        "input.view_frame_rate." + view,
-        "found '" + Printable(text) +
-            "', expected a rate in Hz of more than 0 and at most 1e5");
+  if (text.empty() || *end != '\0' ||
+      !(rate_hz > 0.0 && rate_hz <= kMaxFrameRate_hz)) {
+    throw OptionError("input.view_frame_rate." + view,
+                      "found '" + Printable(text) +
+                          "', expected a rate in Hz above 0 and at most 1e6");
   }
   return rate_hz;
 }

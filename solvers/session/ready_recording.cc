@@ -58,9 +58,9 @@ bool EstimatesCameras(const Refinement& refinement) {
                      });
 }
 
-// Adds to `record` the covariance that `recorded` states for those parameters
-// of its cameras that `record` does not contain; parameters of the two records
-// are taken to be independent.
+// For the cameras of `record`, adds the parameters that only `recorded` has,
+// with their covariance; parameters of the two records are taken to be
+// independent.
 void AddUncertainty(const RefinementRecord& recorded,
                     RefinementRecord* record) {
   if (recorded.covariance.rows() == 0) return;
@@ -124,12 +124,13 @@ ReadyRecording RefineRecording(const RunOptions& options,
   const DetectionSequence asked = AskedFrames(request, detections);
   DetectionSequence used = WithUsualConfidences(UsedViewsOf(scene, asked));
   double rate_hz = scene.model.frame_rate_hz;  // of the frames that lags count
+  int64_t number_step = 1;  // between the numbers of these frames
   std::vector<int> lags(scene.used_views.size(), 0);
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
     if (!options.input.independent_frames) {
-      const int64_t step = UsualStep(used.frames);
-      rate_hz /= static_cast<double>(step);
-      used = OnGrid(used, step, std::llround(kLongestLagS * rate_hz));
+      number_step = UsualStep(used.frames);
+      rate_hz /= static_cast<double>(number_step);
+      used = OnGrid(used, number_step, std::llround(kLongestLagS * rate_hz));
     }
     const CameraRig& cameras = scene.model.cameras;
     lags = SearchClocks(cameras, IdealPeople(used, cameras),
@@ -160,7 +161,9 @@ ReadyRecording RefineRecording(const RunOptions& options,
     used = std::move(as_recorded);
     refine(used);
   }
-  refinement.lag_frames = lags;
+  for (const int lag : lags) {
+    refinement.lag_numbers.push_back(lag * number_step);
+  }
   if (refinement.any_taken()) {
     SceneModel refined = scene.model;
     refined.cameras = RefinedCameras(scene.model.cameras, refinement.changes);

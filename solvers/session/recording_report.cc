@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/base/random.h"
+#include "core/base/text.h"
 #include "core/data/box.h"
 #include "core/io/text/json_value.h"
 #include "core/skeleton/body_joints.h"
@@ -251,8 +252,8 @@ struct RecordingReporter::Impl {
       report->cameras_off.push_back(
           {Kind::kHardlySeen,
            name + " shows " + std::to_string(camera.detections) +
-               " people, of whom only " + std::to_string(camera.matched) +
-               " are matched with a tracked person"});
+               " people, of whom only " + Counted(camera.matched, "is", "are") +
+               " matched with a tracked person"});
     }
   }
 

@@ -44,8 +44,10 @@ struct PersonReport {
   int64_t frames = 0;
   int64_t first_frame = 0;
   int64_t last_frame = 0;
-  double height_m = 0.0;     // 0: too few limbs were seen
-  double bone_spread = 0.0;  // median over limbs of (p90 - p10) / median
+  double height_m = 0.0;  // 0: too few limbs were seen
+  // Median over the limbs, without the trunk, of (p90 - p10) / median of their
+  // lengths.
+  double bone_spread = 0.0;
   // Mean relative difference of left and right limbs.
   double side_difference = 0.0;
 };
@@ -66,8 +68,10 @@ struct RecordingReport {
   // Joints with a lower confidence were treated as absent (presence.h); 0: all
   // joints were used.
   double least_confidence = 0.0;
-  double height_m = 0.0;      // median over people, weighted by their frames
-  double joints_of_17 = 0.0;  // median of a detection; 0: unknown
+  double height_m = 0.0;  // median over people, weighted by their frames
+  // Median over detections of the number of found joints, scaled to a skeleton
+  // of 17 (JointsOf17); 0: unknown.
+  double joints_of_17 = 0.0;
   PairedBy paired_by = PairedBy::kMap;  // how views were paired with cameras
   std::vector<CameraReport> cameras;
   std::vector<PersonReport> people;  // ascending ids

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/median.h"
+#include "core/base/text.h"
 #include "core/base/weighted_quantile.h"
 #include "solvers/scene/plausible.h"
 
@@ -121,8 +122,8 @@ class Warnings {
           showing < 2
               ? "no person was found: fewer than two views show anybody"
               : fmt::format("no person was found: fewer than two views have "
-                            "{} detections or more",
-                            enough),
+                            "{} or more",
+                            Counted(enough, "detection", "detections")),
           "inspect the detections with `kinegraph report`, or the video");
       return;
     }
@@ -298,9 +299,11 @@ class Warnings {
     if (identities <= 2 * report_->most_people_in_a_view + 2) return;
     Add("identities",
         fmt::format(
-            "{} identities, though views hardly ever show more than {} people "
-            "at once: people may leave and return, or be lost and found again",
-            identities, report_->most_people_in_a_view),
+            "{} identities, though views hardly ever show more than {} at "
+            "once: "
+            "people may leave and return, or be lost and found again",
+            identities,
+            Counted(report_->most_people_in_a_view, "person", "people")),
         facts_.links ? kLookCloser : "--set=identity.link=true");
   }
 

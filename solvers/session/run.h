@@ -73,8 +73,8 @@ TrackSequence TrackSequenceOf(
 struct FrozenRun {
   RunScene scene;      // cameras in the run's unit of length
   SubjectScale scale;  // defines that unit
-  // As passed to the tracker: only used views, with the warm-up before
-  // `first_frame`.
+  // As passed to the tracker: only used views, with the repetitions of the
+  // first frame (input.repeat_first_frame) before `first_frame`.
   DetectionSequence detections;
   int64_t first_frame = 0;  // the first frame written
   FrozenMatches matches;

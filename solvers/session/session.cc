@@ -409,7 +409,7 @@ struct Session::Impl {
     return frames;
   }
 
-  RunOptions options_;  // in the run's metres
+  RunOptions options_;  // in the run's metres (Session::scale)
   const RunRequest request_;
   const RunScene scene_;
   const DetectionHeader detections_;

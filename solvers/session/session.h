@@ -8,8 +8,9 @@
 //   session.summary();  // how many frames, people, poses
 //
 // Implements everything that a configuration can request except changes to
-// cameras and clocks (ready_recording.h): choice of views, warm-up, rules of
-// paper mode, linking of identities, second pass.
+// cameras and clocks (ready_recording.h): choice of views, warm-up (repetitions
+// of the first frame, input.repeat_first_frame), rules of paper mode, linking
+// of identities, second pass.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 #define KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 
@@ -81,8 +82,9 @@ class Session {
   // Processor time by stage of the first pass; null: not measured.
   void set_stage_times(StageTimes* times);
   // Called with every frame of the first pass, the warm-up included, with the
-  // used views only and ascending times of the run's own clock; set before the
-  // first frame.
+  // used views only. Times are those that the estimators receive: they ascend
+  // even if the recording's clock stops or steps back, and long pauses are
+  // shortened. Must be set before the first frame.
   void set_frame_listener(std::function<void(const DetectionFrame&)> listener);
   // Called with the number of frames read so far, over both passes; frames kept
   // in memory for the second pass are counted once.
@@ -107,10 +109,10 @@ class Session {
 
   // Counts of the frames returned so far.
   const RunSummary& summary() const;
-  // The length in the world of one metre in tracker and estimators. Final
-  // before the first track begins; until then, the scale of people.
-  // Results of this object are in the world's unit; the caller's estimators
-  // work in the run's metres.
+  // Metres of the world per metre of the run. Tracker and estimators, including
+  // the caller's, work in the run's metres; results of Session are in metres of
+  // the world. 1, the scale of people, until it is determined, which is before
+  // the first track begins.
   const SubjectScale& scale() const;
   // After Finish: data that the output estimators learnt from the recording
   // (graph.pixel_noise_from, graph.process_noise_from, graph.view_bias). ToJson

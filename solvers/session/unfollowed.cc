@@ -47,12 +47,14 @@ void UnfollowedPeople::See(const DetectionFrame& seen,
   // Whether the clock stopped or stepped back, so that its times do not show
   // for how long a person was absent.
   bool stopped = false;
-  if (frames_++ == 0) {
-    first_time_ = seen.time;
-  } else {
+  if (frames_++ > 0) {
     const double passed_s = ToSeconds(seen.time - last_time_);
     stopped = passed_s <= 0.0;
     if (passed_s < kLongestStepS) step_s_ = std::max(step_s_, passed_s);
+    if (passed_s >= 0.0) {
+      ++steps_;
+      passed_ += seen.time - last_time_;
+    }
   }
   last_time_ = seen.time;
   const int64_t before = std::exchange(last_frame_, seen.frame);
@@ -60,6 +62,7 @@ void UnfollowedPeople::See(const DetectionFrame& seen,
   for (size_t i = chains_.size(); i-- > 0;) {
     if (stopped ? chains_[i].person.last_frame == before
                 : ToSeconds(seen.time - chains_[i].time) <= away_s) {
+      if (stopped) chains_[i].time = seen.time;  // of the clock from here on
       continue;
     }
     if (IsLong(chains_[i])) ended_.push_back(chains_[i]);
@@ -124,9 +127,8 @@ void UnfollowedPeople::Continue(const Eigen::AlignedBox2d& box, size_t view,
 }
 
 bool UnfollowedPeople::IsLong(const Chain& chain) const {
-  if (frames_ < 2) return false;
-  const double step_s =
-      ToSeconds(last_time_ - first_time_) / static_cast<double>(frames_ - 1);
+  if (steps_ == 0) return false;
+  const double step_s = ToSeconds(passed_) / static_cast<double>(steps_);
   return static_cast<double>(chain.frames) * step_s >= kLeastS;
 }
 

@@ -42,7 +42,7 @@ class UnfollowedPeople {
  private:
   struct Chain {
     Eigen::AlignedBox2d box;  // when last seen
-    TimeNs time = 0;          // when last seen
+    TimeNs time = 0;  // when last seen, or later when the clock stepped back
     UnfollowedPerson person;
     int64_t frames = 0;
   };
@@ -59,7 +59,9 @@ class UnfollowedPeople {
   const int least_joints_;
   int64_t frames_ = 0;
   double step_s_ = 0.0;  // the longest frame interval below a second
-  TimeNs first_time_ = 0;
+  // Steps of the clock, other than back, and the sum of their durations.
+  int64_t steps_ = 0;
+  TimeNs passed_ = 0;
   TimeNs last_time_ = 0;
   int64_t last_frame_ = 0;
   std::vector<Chain> chains_;  // chains that may continue

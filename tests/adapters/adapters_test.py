@@ -448,7 +448,7 @@ class Interface(Adapters):
             '"skeleton":{"name":"own","joints":["a"],"bones":[]}}\n'
         )
         session = self.folder / "session"
-        (session / "a/b/c/d").mkdir(parents=True)  # deeper than sessions are read
+        (session / "a/b/c/d").mkdir(parents=True)  # deeper than inputs are noted
         inputs = [session / name for name in ("m.csv", "a/m.csv", "z/m.csv", "a/b/m.csv")]
         for path in inputs:
             path.parent.mkdir(exist_ok=True)

@@ -143,7 +143,7 @@ def mutate(data, chance):
             data[at:at] = chance.choice(HARD)
         elif way == 5:
             data[at:far] = chance.choice(HARD)
-        elif way == 6:  # a number becomes another
+        elif way == 6:  # a digit becomes a hard number
             digits = [i for i in range(at, min(at + 200, len(data)))
                       if chr(data[i]).isdigit()]
             if digits:

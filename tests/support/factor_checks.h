@@ -58,7 +58,7 @@ inline double RelativeError(const Eigen::MatrixXd& a,
 
 // Expects central differences to agree. Their truncation error is of order
 // step^2 and their rounding error of order epsilon / step: with a step of 1e-6
-// together about 1e-9 of the residuals' scale, far below the tolerance of 1e-6.
+// together some 2e-10 of the residuals' scale, far below the tolerance of 1e-6.
 inline void ExpectNumericJacobians(const ceres::CostFunction& factor,
                                    const Blocks& blocks) {
   const Evaluation analytic = Evaluate(factor, blocks);

@@ -240,7 +240,7 @@ export function makeCharts(drawMarks) {
   const compared = results.filter((result) => result.difference);
   if (compared.length) {
     const series = [].concat(...compared.map((result) => perPerson(result, (p) => result.difference[p] === NO_VALUE ? NaN : result.difference[p] * 0.001 * LENGTH.per)));
-    const name = results.some((result) => result.truth) ? 'the truth' : 'the first result (from the first: to the second)';
+    const name = results.some((result) => result.truth) ? 'the truth' : 'the first result (from the first: to the second result)';
     legend(lineChart('Distance to ' + name, LENGTH.unit, 80, () => series), series);
   }
   const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));

@@ -152,7 +152,7 @@ int64_t NoteInputs(const std::string& path, bool is_own) {
     note(path);
     return size;
   }
-  constexpr int kDeepest = 2;  // depth of the sessions that adapters read
+  constexpr int kDeepest = 2;  // files below folders of this depth are ignored
   std::error_code error;
   for (fs::recursive_directory_iterator at(path, error), end; at != end;
        at.increment(error)) {

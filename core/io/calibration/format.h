@@ -30,7 +30,8 @@ struct CalibrationHead {
   std::vector<std::string> names;  // in the folder, not hidden; sorted
   // The rest applies to files.
   CalibrationSyntax syntax = CalibrationSyntax::kOther;
-  // Content of JSON and TOML files; of YAML files only for recognition.
+  // Content of JSON and TOML files; of YAML files only if the format is still
+  // to be recognised, because readers of YAML parse the file themselves.
   Json json;
   std::optional<XmlElement> xml;  // root element of XML
 
@@ -80,8 +81,8 @@ const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
 bool IsCalibrationFolder(const std::string& path);
 
 // Reads what an adapter prints for a path: kinegraph's own format, in any unit.
-// states_unit is false: the adapter chooses the unit, so that cameras.unit may
-// replace it.
+// states_unit is false even if the adapter prints a unit, which it only
+// assumes: cameras.unit may override it.
 CalibrationFile ReadByAdapter(const Adapter& adapter, const std::string& path);
 
 // Reads files with one camera each, in `unit`: the path of `head` if it is a

@@ -12,7 +12,7 @@
 //
 // In a session's folder, the file with the cameras is read: camera_array.toml
 // (Caliscope), calibration.toml (FreeMoCap, Anipose, sleap-anipose) or
-// config.toml (old versions of Caliscope). If a board.toml in the same folder
+// config.toml (old versions of Caliscope). If a board.toml beside the file
 // specifies squares larger than 1, lengths are millimetres.
 #include <fmt/format.h>
 
@@ -137,23 +137,29 @@ bool HasBoardInMillimetres(const fs::path& calibration) {
          square->get<double>() > 1.0;
 }
 
-CalibrationFile ReadTables(const JsonField& root) {
+// `path`: the file that contains `root`.
+CalibrationFile ReadTables(const fs::path& path, const JsonField& root) {
   CalibrationFile file;
-  if (IsInMillimetres(root)) file.unit = LengthUnit::kMillimetre;
+  if (IsInMillimetres(root) || HasBoardInMillimetres(path)) {
+    file.unit = LengthUnit::kMillimetre;
+  }
   const auto inside = root.Find("cameras");
-  const bool is_array = inside.has_value() && inside->value().is_object() &&
-                        !inside->value().contains("matrix");
+  const bool is_camera_array = inside.has_value() &&
+                               inside->value().is_object() &&
+                               !inside->value().contains("matrix");
   for (const auto& [table, field] :
-       (is_array ? *inside : root).Members("camera")) {
+       (is_camera_array ? *inside : root).Members("camera")) {
     if (IsBesideCameras(table, field) || table == "CreationDate") continue;
     const bool is_table = field.value().is_object();
-    if (is_table && (IsUnplaced(field) || (is_array && HasNoPose(field)))) {
+    if (is_table &&
+        (IsUnplaced(field) || (is_camera_array && HasNoPose(field)))) {
       continue;
     }
     const auto name = is_table ? field.Find("name") : std::nullopt;
     // Caliscope's videos are cam_0.mp4, cam_1.mp4, ...
     file.cameras.push_back(ReadPose2simCamera(
-        name.has_value() ? name->Text() : (is_array ? "cam_" : "") + table,
+        name.has_value() ? name->Text()
+                         : (is_camera_array ? "cam_" : "") + table,
         field));
   }
   return file;
@@ -167,7 +173,7 @@ bool RecognisePose2sim(const CalibrationHead& head) {
 }
 
 CalibrationFile ReadPose2sim(const CalibrationHead& head) {
-  if (!head.is_folder) return ReadTables(head.Root());
+  if (!head.is_folder) return ReadTables(head.path, head.Root());
   const fs::path path = SessionFile(head);
   if (path.empty()) {
     throw InputError(head.path, "",
@@ -175,11 +181,7 @@ CalibrationFile ReadPose2sim(const CalibrationHead& head) {
                      "config.toml with cameras");
   }
   const Json json = ReadToml(path.string());
-  CalibrationFile file = ReadTables(JsonField(json, path.string()));
-  if (file.unit == LengthUnit::kMetre && HasBoardInMillimetres(path)) {
-    file.unit = LengthUnit::kMillimetre;
-  }
-  return file;
+  return ReadTables(path, JsonField(json, path.string()));
 }
 
 void WritePose2sim(const std::string& path, const CameraRig& cameras,

@@ -53,7 +53,8 @@ std::vector<XmlElement> FilmingCameras(std::vector<XmlElement> cameras,
   return cameras;
 }
 
-// The rows are the camera's axes in the world: right, up and backwards.
+// cam_from_world. The rows of `axes` are the camera's axes in the world: right,
+// up and backwards.
 Eigen::Matrix3d RotationOfAxes(const Eigen::Matrix3d& axes) {
   return Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal() * axes;
 }

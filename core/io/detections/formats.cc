@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/data/box.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/folder_entry.h"
@@ -323,12 +324,14 @@ void WriteFrames(DetectionSource* source, bool skeleton_known,
                             header.skeleton.name() +
                             "': name it when reading (detections.skeleton)");
   note(zero_confidence_joints > 0,
-       std::to_string(zero_confidence_joints) +
-           " joints with confidence 0 are read as missing unless "
+       Counted(zero_confidence_joints, "joint with confidence 0 is",
+               "joints with confidence 0 are") +
+           " read as missing unless "
            "detections.zero_confidence = \"position\"");
-  note(moved > 0, "people without joints are left out, so that " +
-                      std::to_string(moved) +
-                      " detections get another index in their frame");
+  note(moved > 0,
+       "people without joints are left out, so that " +
+           Counted(moved, "detection gets another index in its frame",
+                   "detections get another index in their frames"));
   note(!keeps_times && !std::is_sorted(header.view_names.begin(),
                                        header.view_names.end(), NaturalLess),
        "views are read back in the order of their names");
@@ -375,8 +378,9 @@ int64_t WriteViewFiles(const std::string& path, const std::string& extension,
 
 void NoteEmptyFrames(int64_t empty_frames, LostFields* lost_fields) {
   if (empty_frames == 0) return;
-  lost_fields->push_back(std::to_string(empty_frames) +
-                         " frames without any detection are not kept");
+  lost_fields->push_back(Counted(empty_frames, "frame without any detection is",
+                                 "frames without any detection are") +
+                         " not kept");
 }
 
 void RefuseViewTruth(const DetectionHeader& header, const std::string& format) {

@@ -113,8 +113,8 @@ class DetectionCollector : public DetectionSource {
 // closest is kept. `open` opens the files anew, with all views at the
 // recording's rate; it is called once for each group of views with the same
 // rate and offset and once more. Reads the whole recording. Throws InputError
-// for a view that does not exist and for files that specify the times of their
-// frames, and OptionError if the recording's rate is unknown.
+// for a view that does not exist and for a frame whose time is not its number
+// divided by the recording's rate, and OptionError if that rate is unknown.
 std::unique_ptr<DetectionSource> OpenRated(
     const std::function<std::unique_ptr<DetectionSource>()>& open,
     const DetectionReadOptions& options);

@@ -240,8 +240,10 @@ class CheckedSource : public DetectionSource {
   int64_t frame_count() const override { return source_->frame_count(); }
   BadFrames bad_frames() const override {
     BadFrames all = source_->bad_frames();
+    // The reader's last error is later than that in `bad_` if it has skipped
+    // frames since.
+    if (all.count == read_bad_) all.last = bad_.last;
     all.count += bad_.count;
-    if (all.last.empty()) all.last = bad_.last;
     return all;
   }
   bool Next(DetectionFrame* frame) override {
@@ -258,6 +260,7 @@ class CheckedSource : public DetectionSource {
         if (!options_.skip_bad_frames) throw;
         ++bad_.count;
         bad_.last = error.what();
+        read_bad_ = source_->bad_frames().count;
       }
     }
     Located(path_, [&] { CheckShortRecording(); });
@@ -379,7 +382,8 @@ class CheckedSource : public DetectionSource {
   std::vector<Positions> positions_;                // one per view
   std::vector<size_t> exchanged_;                   // views
   std::vector<std::pair<size_t, Mirror>> mirrors_;  // by view
-  BadFrames bad_;
+  BadFrames bad_;         // frames that were read, but rejected here
+  int64_t read_bad_ = 0;  // frames skipped by source_ before bad_.last
 };
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "core/base/error.h"
+#include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
 
 namespace kinegraph {
@@ -80,9 +82,14 @@ std::string FingerprintOfTracks(const std::string& path) {
     return fingerprint.Hex();
   }
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(path, error)) {
-    if (entry.is_regular_file(error)) files.push_back(entry.path());
-  }
+  ForEachEntry(path, [&](const fs::directory_entry& entry) {
+    const fs::file_type type = entry.status(error).type();
+    if (type == fs::file_type::none) {  // unknown; not a link to nothing
+      throw InputError(entry.path().string(), "",
+                       "cannot be read: " + error.message());
+    }
+    if (type == fs::file_type::regular) files.push_back(entry.path());
+  });
   std::sort(files.begin(), files.end());
   for (const fs::path& file : files) {
     fingerprint.Add(file.filename().string() + '\0');

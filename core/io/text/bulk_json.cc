@@ -21,7 +21,7 @@ namespace {
 
 constexpr size_t kPadding = simdjson::SIMDJSON_PADDING;
 // A frame of a hundred people with a hundred joints and covariances each takes
-// 1 MiB.
+// some 2 MiB.
 constexpr size_t kMaxLineBytes = size_t{64} << 20;
 // simdjson's own limit is 4 GiB.
 constexpr size_t kMaxFileBytes = size_t{2} << 30;

@@ -153,7 +153,7 @@ std::vector<Vector3d> PositionsOf(const Hierarchy& hierarchy,
 std::string BodyName(const std::string& label) {
   static const std::map<std::string, std::string> kNames = {
       {"Hips", "mid_hip"},          {"Neck", "neck"},
-      {"Head", "head_base"},  // not the head's top, as in other files
+      {"Head", "head_base"},  // in other formats "Head" is its top
       {"LeftUpLeg", "l_hip"},       {"RightUpLeg", "r_hip"},
       {"LeftLeg", "l_knee"},        {"RightLeg", "r_knee"},
       {"LeftFoot", "l_ankle"},      {"RightFoot", "r_ankle"},
@@ -239,8 +239,8 @@ Motion ReadMotion(Words* words) {
   return {static_cast<int64_t>(frames), RateOf(step_s, text)};
 }
 
-// The nearest whole rate [Hz] if the difference may be due to a rounded period:
-// 0.033333 s is 30 Hz.
+// The nearest whole rate [Hz] if it differs by less than 0.05 %: for periods
+// that RateOf does not recognise as rounded, such as 0.033334 or 3.3333e-2 s.
 double NearWhole(double rate_hz) {
   // Relative; NTSC rates such as 29.97 Hz differ by twice as much.
   constexpr double kNear = 5e-4;
@@ -368,7 +368,7 @@ class BvhWriter {
     // over people, than both limits: with many people who are present only
     // briefly, files would consist mostly of repeated poses.
     constexpr size_t kMostRows = 200'000;
-    constexpr size_t kMostTimes = 5;  // as many as the people's own rows
+    constexpr size_t kMostTimes = 5;  // times the number of people's own rows
     const size_t all = rows.size() * spans_.size();
     on_one_clock_ = all <= std::max(kMostRows, kMostTimes * there);
   }

@@ -160,7 +160,8 @@ class Labels {
       if (!name.empty() && name.back() == ':') name.pop_back();
       const auto place = std::find(prefixes_.begin(), prefixes_.end(), prefix);
       const auto index = static_cast<size_t>(place - prefixes_.begin());
-      const bool is_listed = index < prefixes_.size() || subjects.size() == 1;
+      const bool is_listed = index < prefixes_.size() ||
+                             (subjects.size() == 1 && prefixes_.empty());
       if (is_listed && index < subject_names_.size()) {
         name = subject_names_[index];
       }
@@ -342,7 +343,8 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
   }
   result.centre_m = C3dAxes().Invert(result.centre_m);
   const C3dAnalog& analog = file.analog();
-  std::vector<size_t> channels;
+  // With their weights, without those of weight 0.
+  std::vector<std::pair<C3dChannel, double>> channels;
   for (size_t c = 0; c < weights.size(); ++c) {
     const double channel =
         PlateNumber(values, "CHANNEL", row_length * plate + c);
@@ -352,7 +354,9 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
           "analog channels",
           plate + 1, c + 1, analog.channels);
     }
-    channels.push_back(static_cast<size_t>(channel) - 1);
+    if (weights[c] == 0.0) continue;
+    channels.emplace_back(file.Channel(static_cast<size_t>(channel) - 1),
+                          weights[c]);
   }
   const C3dFrames& points = file.points();
   result.rate_hz = points.rate_hz * static_cast<double>(analog.per_frame);
@@ -361,9 +365,8 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
   for (int64_t frame = 0; frame < points.count; ++frame) {
     for (size_t sample = 0; sample < analog.per_frame; ++sample) {
       double load_n = 0.0;
-      for (size_t c = 0; c < channels.size(); ++c) {
-        if (weights[c] == 0.0) continue;
-        load_n += weights[c] * file.Analog(frame, sample, channels[c]);
+      for (const auto& [channel, weight] : channels) {
+        load_n += weight * file.Analog(frame, sample, channel);
       }
       result.load_n.push_back(load_n);
       sum_n += load_n;

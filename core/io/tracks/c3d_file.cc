@@ -58,6 +58,11 @@ double MetresOf(const std::vector<std::string>& units) {
                    "', expected mm, cm or m");
 }
 
+// The number that a word stands for.
+double Whole(double word, bool is_unsigned) {
+  return is_unsigned || word < kWords / 2 ? word : word - kWords;
+}
+
 bool IsRate(double hz) { return hz > 0.0 && hz <= kMaxFrameRate_hz; }
 
 // Offset of a block, counted from 1; 0 if the number is not valid.
@@ -240,20 +245,20 @@ class C3dRange {
       const Stated& most_trusted = stated_.front();
       for (const Stated& stated : stated_) {
         if (stated.count == most_trusted.count) continue;
-        Refuse(
-            "specifies {} frames ({}) and {} frames ({}), but has space for {}",
-            most_trusted.count, most_trusted.where, stated.count, stated.where,
-            room);
+        Refuse("specifies {} ({}) and {} ({}), but has space for {}",
+               Counted(most_trusted.count, "frame", "frames"),
+               most_trusted.where, Counted(stated.count, "frame", "frames"),
+               stated.where, room);
       }
       const bool may_have_run_over =
           most_trusted.is_word && room >= most_trusted.count + kWords;
       if (most_trusted.count > room || most_trusted.count < at_least_ ||
           may_have_run_over) {
         Refuse(
-            "is cut off or miscounted: {} specifies {} frames, but there is "
-            "space "
-            "for {}",
-            most_trusted.where, most_trusted.count, room);
+            "is cut off or miscounted: {} specifies {}, but there is space for "
+            "{}",
+            most_trusted.where, Counted(most_trusted.count, "frame", "frames"),
+            room);
       }
       return most_trusted.count;
     }
@@ -412,22 +417,28 @@ void C3dFile::FindAnalog() {
   analog_.channels = values / analog_.per_frame;
 }
 
-double C3dFile::Analog(int64_t frame, size_t sample, size_t channel) const {
+C3dChannel C3dFile::Channel(size_t index) const {
+  const auto formats = values_.Texts("ANALOG:FORMAT");
+  C3dChannel channel;
+  channel.index = index;
+  channel.is_unsigned =
+      !formats.empty() && Upper(formats.front()) == "UNSIGNED";
+  channel.offset =
+      Whole(values_.NumberOrZero("ANALOG:OFFSET", index), channel.is_unsigned);
+  channel.scale = values_.Number("ANALOG:SCALE", index).value_or(1.0);
+  channel.general_scale = values_.Number("ANALOG:GEN_SCALE").value_or(1.0);
+  return channel;
+}
+
+double C3dFile::Analog(int64_t frame, size_t sample,
+                       const C3dChannel& channel) const {
   const size_t width = is_float_ ? 4 : 2;
   const size_t at =
       points_.begin + points_.frame_bytes * static_cast<size_t>(frame) +
-      width * (4 * points_.width + sample * analog_.channels + channel);
-  const auto formats = values_.Texts("ANALOG:FORMAT");
-  const bool is_unsigned =
-      !formats.empty() && Upper(formats.front()) == "UNSIGNED";
-  const auto whole = [is_unsigned](double word) {
-    return is_unsigned || word < kWords / 2 ? word : word - kWords;
-  };
-  const double raw = is_float_ ? bytes_.Float(at) : whole(bytes_.Word(at));
-  const double offset = values_.NumberOrZero("ANALOG:OFFSET", channel);
-  return (raw - whole(offset)) *
-         values_.Number("ANALOG:SCALE", channel).value_or(1.0) *
-         values_.Number("ANALOG:GEN_SCALE").value_or(1.0);
+      width * (4 * points_.width + sample * analog_.channels + channel.index);
+  const double raw = is_float_ ? bytes_.Float(at)
+                               : Whole(bytes_.Word(at), channel.is_unsigned);
+  return (raw - channel.offset) * channel.scale * channel.general_scale;
 }
 
 std::optional<Eigen::Isometry3d> C3dFile::Segment(int64_t frame,

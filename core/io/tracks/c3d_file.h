@@ -128,6 +128,15 @@ struct C3dAnalog {
   size_t per_frame = 0;  // samples of each channel
 };
 
+// How the samples of an analog channel are stored.
+struct C3dChannel {
+  size_t index = 0;
+  bool is_unsigned = false;
+  double offset = 0.0;  // subtracted before scaling
+  double scale = 1.0;
+  double general_scale = 1.0;
+};
+
 class C3dRange;  // what the file specifies about its range of frames
 
 class C3dFile {
@@ -148,8 +157,9 @@ class C3dFile {
   // for a missing point: one with a negative residual or a number that is not
   // finite, or at 0, 0, 0 with residual 0, as many programs write it.
   std::optional<Eigen::Vector3d> Point(int64_t frame, size_t point) const;
+  C3dChannel Channel(size_t index) const;
   // A sample in the unit of the channel.
-  double Analog(int64_t frame, size_t sample, size_t channel) const;
+  double Analog(int64_t frame, size_t sample, const C3dChannel& channel) const;
   // Transform from the segment's axes to the file's; nullopt if the segment is
   // missing.
   std::optional<Eigen::Isometry3d> Segment(int64_t frame, size_t segment) const;

@@ -67,7 +67,8 @@ IdentityEdit ReadEdit(const std::string& line, const std::string& path,
   const std::string place = "line " + std::to_string(number);
   IdentityEdit edit;
   edit.place = path + ": " + place;
-  // Syntax errors name their line within the text, which is always the first.
+  // edit.place instead of the path: syntax errors also name their line within
+  // the text, which is always the first.
   const Json json = ParseJson(line, edit.place);
   const JsonField field(json, path, place);
   field.At("op");

@@ -340,8 +340,9 @@ void NoteLosses(const TrackContents& contents,
       {Loss::kInferredObserved, contents.has_inferred,
        "inferred joints are read back as observed"},
       {Loss::kEmptyFrames, contents.empty_frames > 0,
-       std::to_string(contents.empty_frames) +
-           " frames without people are not kept"},
+       Counted(contents.empty_frames, "frame without people is",
+               "frames without people are") +
+           " not kept"},
       {Loss::kClock, contents.has_clock,
        "times and frame rate are not kept: specify the rate when reading "
        "(--frame_rate=HZ)"},
@@ -365,8 +366,10 @@ void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields) {
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
                    const std::string& what, LostFields* lost_fields) {
   if (row_count <= tracks.frames.size()) return;
-  lost_fields->push_back(std::to_string(row_count - tracks.frames.size()) +
-                         " frames that are missing in the input " + what);
+  lost_fields->push_back(
+      Counted(static_cast<int64_t>(row_count - tracks.frames.size()),
+              "frame that is", "frames that are") +
+      " missing in the input " + what);
 }
 
 void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,

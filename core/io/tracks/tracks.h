@@ -25,8 +25,8 @@ struct TrackReadOptions {
   // For formats that do not specify their skeleton and if the number of joints
   // is ambiguous. With 4da19, "joints19" of a {"poses"} file is read.
   std::optional<Skeleton> skeleton;
-  // Overrides the file's rate. 0: not given; then 29.97 for Panoptic and 25 for
-  // longcw, whose frame numbers are round(rate * timestamp).
+  // Overrides the file's rate. 0: not given; then 29.97 for Panoptic and 25
+  // for longcw (whose frame numbers are round(rate * timestamp)).
   double frame_rate_hz = 0.0;
   // Throws InputError if the file states another rate than frame_rate_hz.
   bool refuse_other_rate = false;

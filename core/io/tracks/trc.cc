@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/data/limits.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/json_output.h"
@@ -191,7 +192,8 @@ void ReadRows(const TrcHeader& header, TrackId id, const AxisMap& axes,
     collector->AddIfSeen(number, id, std::move(joints));
   }
   if (row != header.frames) {
-    Refuse("found {} rows, but NumFrames is {}", row, header.frames);
+    Refuse("found {}, but NumFrames is {}", Counted(row, "row", "rows"),
+           header.frames);
   }
 }
 

@@ -48,7 +48,8 @@ using JointTree = std::vector<TreeJoint>;
 // that form no tree, or without a joint mid_hip, are completed by anatomy:
 // mid_hip is the centre of both hips if there is no such joint; likewise, neck
 // is the centre of the shoulders; limbs are attached as in a body. Other joints
-// are attached if a path of bones connects them to the root.
+// are attached if a path of bones connects them to the root; otherwise points
+// of the head become children of the nose.
 //
 // The root of a human skeleton is mid_hip or, if it never occurs in the
 // recording, neck; otherwise the root is the joint with the most bones among

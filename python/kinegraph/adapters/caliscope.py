@@ -255,7 +255,7 @@ def frame_rate_of(times):
             steps.append((time - before[1]) / (sync - before[0]))
         last[camera] = sync, time
     step = upper_median(steps) if steps else 0
-    # Rounds halves up, as C++'s round does.
+    # Rounds halves up, as C++'s round does for positive numbers.
     return int(100 / step + 0.5) / 100 if step > 1e-6 else None
 
 

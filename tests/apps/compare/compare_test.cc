@@ -153,12 +153,18 @@ TEST(Compare, NoSmoothingEqualsTheBaseline) {
 TEST(Compare, MeasuresALagOfACausalFilterAndNoneOfTheBatch) {
   CompareResult result =
       Compare(MakeNoisyRecording("0.5"), "batch,kalman_cv,one_euro");
+  // A hundredth of the process noise. The filter assumes detections of 6 px at
+  // 4 m, points of about 15 mm, so that its crossover w_c = (q / (R h))^(1/4)
+  // lies at 5 (hips) to 9 rad/s (ankles). Its gain (g s + w_c^2) / (s^2 + g s +
+  // w_c^2), g = sqrt(2) w_c, delays gait's 2 pi rad/s by 50 ms or more.
+  result.strategies[1].values = {{0.01}};
   result.strategies[2].values = {{0.5, 0.0}};  // a slow low-pass: 0.3 s
   Score(&result);
   const auto lag_ms = [&](size_t index) {
     return result.strategies[index].Find("lag_to_truth_ms")->value;
   };
   EXPECT_NEAR(lag_ms(0), 0.0, 5.0);  // an eighth of a frame
+  EXPECT_GT(lag_ms(1), 20.0);        // half a frame
   EXPECT_GT(lag_ms(2), 60.0);
   EXPECT_TRUE(result.strategies[0].scores.run.whole_recording);
 }

@@ -203,6 +203,24 @@ TEST(ViewImages, ErrorsNameTheCause) {
   }
 }
 
+// Each of the 42 pictures has 40 bytes of text; nine of them fit into 400.
+TEST(EmbedPicturesTest, ProgressReachesTheNumberOfFrames) {
+  const testing::TemporaryFolder folder;
+  PageInput input = EmptyRecording();
+  for (int f = 0; f < kPictures; ++f) {
+    folder.Write(std::to_string(kFirstPicture + f) + ".jpg",
+                 "\xff\xd8\xff" + std::string(27, 'x'));
+  }
+  std::vector<int64_t> steps;
+  const EmbeddedPictures embedded = EmbedPictures(
+      {(folder.path() / "%d.jpg").string(), ""}, 400,
+      [&](int64_t frames) { steps.push_back(frames); }, &input);
+  EXPECT_EQ(embedded.stride, 5);
+  EXPECT_EQ(embedded.count, 9u);
+  EXPECT_THAT(steps,
+              ::testing::ElementsAre(5, 10, 15, 20, 25, 30, 35, 40, kPictures));
+}
+
 TEST(PicturePathTest, TakesOneNumber) {
   EXPECT_EQ(PicturePath("a/%06d.jpg", 42), "a/000042.jpg");
   EXPECT_EQ(PicturePath("%d", 1234567), "1234567");

@@ -156,5 +156,18 @@ TEST(MaximisePositive, FindsTheLargestTotalOfPositivePairs) {
   }
 }
 
+TEST(MaximisePositive, RejectsInvalidGains) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  HungarianSolver solver;
+  std::vector<int> result;
+  for (const std::vector<double>& gain :
+       {std::vector<double>{1, std::nan("")}, {1, kInfinity}, {1}, {1, 2, 3}}) {
+    EXPECT_THROW(solver.MaximisePositive(gain, 1, 2, &result),
+                 std::invalid_argument);
+  }
+  solver.MaximisePositive(std::vector<double>{1, -kInfinity}, 1, 2, &result);
+  EXPECT_EQ(result, std::vector<int>{0});
+}
+
 }  // namespace
 }  // namespace kinegraph

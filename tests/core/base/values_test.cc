@@ -71,6 +71,12 @@ TEST(FrameClockTest, FramesAndTimeAgree) {
   EXPECT_DOUBLE_EQ(clock.Frames(250'000'000), 30.0);
 }
 
+TEST(CountedTest, OneIsSingular) {
+  EXPECT_EQ(Counted(0, "frame", "frames"), "0 frames");
+  EXPECT_EQ(Counted(1, "frame", "frames"), "1 frame");
+  EXPECT_EQ(Counted(2, "image is", "images are"), "2 images are");
+}
+
 TEST(EditDistanceTest, CountsInsertionsDeletionsAndReplacements) {
   EXPECT_EQ(EditDistance("", ""), 0u);
   EXPECT_EQ(EditDistance("sigma", "sigma"), 0u);

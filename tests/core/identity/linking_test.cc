@@ -48,13 +48,15 @@ std::vector<TrackId> Ids(int64_t a, int64_t b) {
   return {TrackId(a), TrackId(b)};
 }
 
-// Two people of different size, both lost for a second at the same time.
+// Two people of different size, both lost for a second at the same time. At
+// constant velocity the tall one would reappear at x = -1 m and the small one
+// at x = 1 m; they reappear at 1 m and 0 m.
 CrowdMaker TwoHidden() {
   CrowdMaker crowd(250);
   crowd.Add({0, 0, 99, {-2.0, -1.0}, {0.6, 0.0}, 0.95})
       .Add({1, 0, 99, {2.0, 1.0}, {-0.6, 0.0}, 1.05})
-      .Add({2, 125, 249, {-1.0 + 2.0, 1.0}, {-0.6, 0.0}, 1.05})
-      .Add({3, 125, 249, {1.0 - 2.0 + 1.0, -1.0}, {0.6, 0.0}, 0.95});
+      .Add({2, 125, 249, {1.0, 1.0}, {-0.6, 0.0}, 1.05})
+      .Add({3, 125, 249, {0.0, -1.0}, {0.6, 0.0}, 0.95});
   return crowd;
 }
 
@@ -154,7 +156,7 @@ TEST(LinkingTest, PausesOfADetectorAreNoGaps) {
   EXPECT_NEAR(static_cast<double>(swaps[0].frames->first), 150.0, 3.0);
 }
 
-TEST(LinkingTest, NumbersOfFramesDoNotMatter) {
+TEST(LinkingTest, StepBetweenFrameNumbersDoesNotMatter) {
   // Every fourth frame of the recording, numbered 0, 4, 8 or 0, 1, 2.
   const CrowdMaker crowd = TwoExchanged();
   std::vector<TrackFrame> stepped;
@@ -206,9 +208,10 @@ TEST(LinkingTest, TrackRecoveredOnAnotherPersonIsCut) {
   ExpectIdentitiesToBeRestored(Link(FoundAgainOnSomebodyElse(0, 100, 140)));
 }
 
-TEST(LinkingTest, TrackObservedAloneForASecondIsCut) {
-  // The tall person is lost next to the track soon after the track began; then
-  // the track is alone for 1.6 s.
+TEST(LinkingTest, TrackThatMetAnotherSoonAfterItsBeginningIsCut) {
+  // The tall person is lost 0.64 s after the track began next to them; then the
+  // track is alone for 1.6 s, more than the second of clean frames that a piece
+  // requires (kLeast, tracklet.cc).
   ExpectIdentitiesToBeRestored(Link(FoundAgainOnSomebodyElse(100, 116, 156)));
 }
 
@@ -246,7 +249,7 @@ TEST(LinkingTest, ShortVisitWithinAnAbsenceIsJoined) {
 }
 
 TEST(LinkingTest, PassingPeopleKeepIdentities) {
-  // At the distance at which people pass, and of equal size: only motion
+  // Two people of equal size pass each other half a metre apart: only motion
   // distinguishes them.
   CrowdMaker crowd(200);
   crowd.Add({0, 0, 199, {-4.0, -0.25}, {1.0, 0.0}, 1.0})
@@ -321,7 +324,7 @@ TEST(LinkingTest, PossibleExchangeStaysUndecided) {
   EXPECT_FALSE(linked.Of(EditOp::kUndecided).empty());
 }
 
-// Two people leave for two minutes; one comes back from elsewhere.
+// Two people leave; after two minutes one of them appears elsewhere.
 CrowdMaker OneComesBack(double size_of_other) {
   CrowdMaker crowd(3400);
   crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
@@ -397,7 +400,7 @@ TEST(LinkingTest, KnownNumberOfPeopleForcesJoins) {
 
 // Two people are absent for a second. The entry is either far away or contains
 // the positions at which both vanish and appear.
-TEST(LinkingTest, PeopleWhoVanishAwayFromEntriesAreHidden) {
+TEST(LinkingTest, VanishingAwayFromEntriesRaisesTheMargin) {
   LinkOptions options;
   options.entries = {50.0, 50.0, 1.0, 1.0};
   const Linked far = Link(TwoHidden(), options);

@@ -41,8 +41,8 @@ void ExpectInputError(const Call& call, const std::string& said) {
       << message << "\nexpected: " << said;
 }
 
-// The message with which `read(path)` rejects a file of this name and content,
-// which must begin with the path.
+// The message with which `read(path)` rejects a file of this name and content;
+// expects it to begin with the path.
 template <typename Read>
 std::string FaultIn(const std::string& name, const std::string& text,
                     const Read& read) {

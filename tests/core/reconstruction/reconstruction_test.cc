@@ -92,7 +92,7 @@ TEST_F(ReconstructionTest, AJointWithOneViewTakesThePrediction) {
   EXPECT_EQ(out_.pose[9].status, JointStatus::kMissing);
 }
 
-TEST_F(ReconstructionTest, OldViewsCountOnlyWithFewFreshViews) {
+TEST_F(ReconstructionTest, OldViewsMatterOnlyWithoutTwoFreshViews) {
   // The old view 2 saw the person 10 cm higher; 0 and 1 are at right angles.
   Pose3d higher = person_;
   for (Joint3d& joint : higher) joint.position_m.z() += 0.1;

@@ -44,7 +44,8 @@ TEST(TrackLifeTest, DeletedExactlyTenFramesAfterTheLastUpdate) {
       life.Step((2 + frame) * kFrame + jitter, false, false);
     }
     EXPECT_EQ(life.state(), TrackState::kDeleted);
-    // It is deleted at the beginning of the frame.
+    // After missing frames, it is deleted at the beginning of a frame from an
+    // age of eleven frames on.
     life = Born();
     life.BeginFrame(10 * kFrame + jitter);
     EXPECT_NE(life.state(), TrackState::kDeleted) << "may still be matched";

@@ -266,9 +266,9 @@ DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
   return seen;
 }
 
-// With six unmatched detections in each of two views, one pair of them agrees
-// by chance: three cameras that face the position without a detection are
-// evidence against it.
+// With six unmatched detections in each of two views, 0.05 * 6 * 6 = 1.8 pairs
+// of them are expected to agree by chance: three cameras that face the position
+// without a detection are evidence against it.
 TEST_F(TrackerTest, TwoOfFiveViewsAmongStraysStartNobody) {
   const auto count = [&](AssociationRules rules, size_t views, int strays) {
     TrackerOptions options;

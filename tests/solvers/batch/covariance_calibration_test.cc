@@ -23,7 +23,7 @@ SceneModel MakeScene(double frame_rate_hz, double radius_m) {
                              frame_rate_hz);
 }
 
-// Sums over poses of one joint.
+// Sums over the joints of poses that were added.
 struct Consistency {
   double count = 0.0;
   double nees = 0.0;      // normalised estimation error squared
@@ -137,7 +137,7 @@ class Defaults : public ::testing::TestWithParam<bool> {};
 // Two cases: the default loss with white noise, where J'WJ alone underestimates
 // the information and the correction compensates; and the default
 // options, except for fixed noise, with realistic detections.
-TEST_P(Defaults, NeesAndCoverage) {
+TEST_P(Defaults, EllipsoidsContainNinetyFivePerCentOfTheErrors) {
   GraphOptions white = testing::FixedNoise();
   white.correlation_time_s = 0.0;
   white.information_scale = 1.0;

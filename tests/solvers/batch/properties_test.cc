@@ -1,7 +1,8 @@
 // Properties of the batch estimator: invariance to the world's pose, the unit
 // of length, the order of cameras and the direction of time; less uncertainty
-// with a duplicated camera. The matches of one run are frozen. Options are the
-// defaults except for stricter convergence and, where needed, fixed noise.
+// with a duplicated camera. All estimates use the matches of one tracker run.
+// Options are the defaults except for stricter convergence and, where needed,
+// fixed noise.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -19,7 +20,7 @@
 namespace kinegraph {
 namespace {
 
-// Everything that an estimate depends on.
+// Everything but the options that an estimate depends on.
 struct World {
   SceneModel scene;
   DetectionSequence detections;
@@ -173,8 +174,8 @@ TEST_P(PropertiesTest, MovingTheWorldMovesTheResult) {
             kNoiseLearntElsewhereMetres);
 }
 
-// Another unit of length: a world twice as large with all lengths among the
-// constants doubled. The detector's error, defined at 4 m, is then defined at 8
+// Another unit of length: a world twice as large with the lengths among the
+// options doubled. The detector's error, defined at 4 m, is then defined at 8
 // m.
 TEST_P(PropertiesTest, AnotherUnitScalesTheResult) {
   static constexpr double kUnit = 2.0;
@@ -202,7 +203,7 @@ TEST_P(PropertiesTest, AnotherUnitScalesTheResult) {
 }
 
 TEST_P(PropertiesTest, ResultDoesNotDependOnTheOrderOfCameras) {
-  const std::vector<size_t> order = {2, 0, 3, 1};  // new from old
+  const std::vector<size_t> order = {2, 0, 3, 1};  // old indices
   World other = world_;
   std::vector<int> place(order.size());
   for (size_t v = 0; v < order.size(); ++v) {
@@ -257,9 +258,9 @@ TEST_P(PropertiesTest, DuplicatingACameraReducesCovariances) {
       }
     }
   }
-  // One factor on all sigmas is estimated from the residuals, and individual
+  // The pixel noise is learnt again with the fifth camera, and individual
   // joints may lose a view to the loss, so the sum is tested. A quarter more
-  // data reduce it by at least a few per cent.
+  // data reduce it by at least 2 %.
   EXPECT_GT(before, 0.0);
   EXPECT_LT(after, 0.98 * before);
 }

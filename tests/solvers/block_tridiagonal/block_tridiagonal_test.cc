@@ -304,7 +304,9 @@ TEST_F(BoneTest, CovariancesEqualBlocksOfTheDenseInverse) {
   BoneSolver solver;
   solver.Solve(Exact(LossKind::kNone), &problem_);
   const Eigen::MatrixXd dense = DenseCovariance(problem_);
-  // In one segment, and in nine, whose messages are recomputed.
+  // In one segment, and in nine: a segment has at least eight of the 70 frames.
+  // From the second segment on, the results of the backward sweep are
+  // recomputed.
   for (const size_t segment_bytes : {16 << 20, 1}) {
     std::vector<std::vector<Matrix6d>> covariances;
     ASSERT_TRUE(

@@ -56,7 +56,8 @@ TEST(CameraChange, JacobiansMatchNumericDerivatives) {
     Eigen::Matrix<double, 2, kChangeSize> by_change;
     ASSERT_TRUE(ProjectChanged(camera, change, point, &by_point, &by_change));
     // Central differences: the error is of the order of step^2 times the third
-    // derivative (about the focal length of 1000) plus 1e-16 * 1000 / step.
+    // derivative (about the focal length of 1000) plus 1e-16 * 1000 / step,
+    // i.e. 1e-7; the tolerance is far above that.
     constexpr double kStep = 1e-5;
     constexpr double kTolerance = 2e-4;
     for (int i = 0; i < 3; ++i) {

@@ -27,7 +27,7 @@ BundleResult FitOf(const std::vector<double>& offsets_s) {
 constexpr double kFrameS = 0.04;  // 0.15 frames are 6 ms
 constexpr double kRecordingS = 10.0;
 
-TEST(LateClocks, ExceedAFractionOfAFrameAndAreWithinASegment) {
+TEST(LateClocks, ExceedFrameFractionAndSigmasButNotHalfASegment) {
   const struct {
     double offset_s;
     double frame_s;

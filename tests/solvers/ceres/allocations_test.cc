@@ -65,7 +65,7 @@ TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingBesidesCeres) {
   EXPECT_EQ(basin, 0);
   // Ceres creates its program, evaluator and Jacobian in every solve, with a
   // dozen allocations for each block of states and some others. Adding all
-  // residual blocks again would cost hundreds more: about four for each of 99
+  // residual blocks again would cost hundreds more: about four for each of 66
   // blocks.
   const int64_t per_solve = minimum / kFrames;
   RecordProperty("ceres_allocations_per_solve", std::to_string(per_solve));

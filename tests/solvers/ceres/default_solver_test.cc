@@ -1,5 +1,5 @@
-// Checks by the counts of solves which solver a default run uses. Sweeps are
-// the iterations of the block-tridiagonal solver.
+// Checks by the counts of solves which solvers a run uses, and properties of
+// CeresSolver. Sweeps are the iterations of the block-tridiagonal solver.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -200,7 +200,8 @@ TEST_F(CeresSolverTest, AFailedSolveKeepsTheWeights) {
   }
 }
 
-// The chain's last step may move a state behind a camera that sees the joint.
+// The last step of the block-tridiagonal solver, whose states Ceres starts
+// from, may move a state behind a camera that sees the joint.
 TEST_F(CeresSolverTest, AStartBehindACameraIsGated) {
   Make({4, 20, 71, false, 0}, SimulatedNoise());
   const SolveSchedule schedule = MakeSchedule(GraphOptions());

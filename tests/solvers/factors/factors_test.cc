@@ -1,5 +1,6 @@
-// Compares each factor with a hand-computed value, the truth, central
-// differences and an automatically differentiated twin.
+// Compares factors with hand-computed values, their residuals at the truth with
+// zero, and their Jacobians with central differences and an automatically
+// differentiated twin.
 #include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
@@ -232,17 +233,7 @@ TEST(BirthPrior, Jacobians) {
   ExpectSoundJacobians(factor, twin, {RandomState(&random)});
 }
 
-// ---- bone length ----
-
-struct BoneTwin {
-  template <typename T>
-  bool operator()(const T* a, const T* b, T* residual) const {
-    T squared(0.0);
-    for (int i = 0; i < 3; ++i) squared += (a[i] - b[i]) * (a[i] - b[i]);
-    residual[0] = (sqrt(squared) - 0.4) / 0.02;
-    return true;
-  }
-};
+// ---- body centre ----
 
 TEST(BodyCentreFactor, HandWorkedValueZeroAndJacobians) {
   const double centre_m[3] = {1.0, -2.0, 0.5};
@@ -258,6 +249,18 @@ TEST(BodyCentreFactor, HandWorkedValueZeroAndJacobians) {
   expected.leftCols(3) = 0.5 * Eigen::Matrix3d::Identity();
   EXPECT_EQ(Evaluate(factor, {at}).jacobians[0], expected);
 }
+
+// ---- bone length ----
+
+struct BoneTwin {
+  template <typename T>
+  bool operator()(const T* a, const T* b, T* residual) const {
+    T squared(0.0);
+    for (int i = 0; i < 3; ++i) squared += (a[i] - b[i]) * (a[i] - b[i]);
+    residual[0] = (sqrt(squared) - 0.4) / 0.02;
+    return true;
+  }
+};
 
 TEST(BoneLengthFactor, HandWorkedValueAndZero) {
   Eigen::VectorXd a = Eigen::VectorXd::Zero(kStateSize);
@@ -321,7 +324,7 @@ TEST(PersonPrior, ValueAndJacobians) {
   prior.b = b;
   CeresPersonPrior factor(2);
   factor.Set(&prior);
-  // At x0 the residual is b; one unit along x0(7) adds A's column 7.
+  // At x0 the residual is b; one unit along x(7) adds A's column 7.
   Blocks at = {x0.head(6), x0.tail(6)};
   EXPECT_EQ(Evaluate(factor, at).residuals, b);
   at[1](1) += 1.0;

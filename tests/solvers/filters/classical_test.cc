@@ -347,7 +347,7 @@ TEST(UniformTimeTest, FiltersThatNeedItRefuseUnevenTimes) {
                     "0.0800 s after the start of the track, expected 0.0400 s "
                     "(give or take half a frame)");
     }
-    // A clock with jitter of up to half a frame is accepted.
+    // Steps that differ from a frame by less than half a frame are accepted.
     segment.times_s = {0.0, 0.055, 0.08, 0.135, 0.16};
     EXPECT_NO_THROW(filter(segment)) << name;
   }

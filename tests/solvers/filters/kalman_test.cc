@@ -159,7 +159,7 @@ TEST(KalmanTest, FilterAndSmootherEqualTheGaussianConditional) {
   }
 }
 
-// One sample has an error of half a metre.
+// One sample has an error of half a metre along each axis.
 JointSegment WithOutlier(size_t at) {
   JointSegment segment = Uneven();
   segment.positions_m.row(static_cast<Eigen::Index>(at)).array() += 0.5;

@@ -85,8 +85,8 @@ TEST(OfflineFilterTest, LongGapsSplitTheSignal) {
 }
 
 TEST(OfflineFilterTest, OneCutoffForTheBodyIsTheMedian) {
-  // Five frames of a moving joint and a separate single frame; the rule gives 2
-  // Hz for long signals and 9 Hz for short ones.
+  // Five frames of moving joints and a separate single frame; the rule gives 2
+  // Hz for the five frames and 9 Hz for the single one.
   std::vector<EstimatorFrame> frames;
   for (int k = 0; k < 5; ++k) frames.push_back(FrameAt(k, k));
   for (int k = 5; k < 9; ++k) frames.push_back(FailedFrame(k));

@@ -55,10 +55,10 @@ void Bridge(Samples* values) {
   }
 }
 
-// Pose2Sim's triangulated points, bridged and filtered like there by a Hampel
-// filter (window of seven frames, threshold of two standard deviations). Unlike
-// kinegraph's, Pose2Sim's Hampel filter leaves the first and last three values
-// unchanged.
+// Pose2Sim's triangulated points, bridged and, as in Pose2Sim, filtered by a
+// Hampel filter (window of seven frames, threshold of two standard deviations).
+// Unlike kinegraph's, Pose2Sim's Hampel filter leaves the first and last three
+// values unchanged.
 std::vector<Samples> HampelPoints(const std::string& folder,
                                   const std::vector<double>& times_s) {
   std::vector<Samples> joints = ReadPeer(folder, "p2s_tri_raw");

@@ -110,7 +110,8 @@ TEST(SmoothingSplineTest, CutoffHalvesTheAmplitude) {
   EXPECT_NEAR(testing::Gain(smooth, 1.0, 120.0), 81.0 / 82.0, 1e-3);
 }
 
-TEST(SmoothingSplineTest, IsLinearOutsideAndForLargeLambda) {
+TEST(SmoothingSplineTest,
+     IsLinearOutsideInterpolatesForZeroLambdaAndKeepsLines) {
   const auto times_s = testing::UniformTimes(30);
   const Samples values = testing::Wiggle(30);
   // Outside, equal steps in time give equal differences.

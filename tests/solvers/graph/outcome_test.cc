@@ -157,7 +157,7 @@ TEST(Outcome, MissingJointHasNoPositionOrCovariance) {
   EXPECT_EQ(pose.matches[0].weights[0], 0.9);
 }
 
-TEST(Outcome, WriteJointWritesNoWeightsWithoutMatches) {
+TEST(Outcome, WriteJointWritesNoWeightsUnlessTheyAreKept) {
   for (const KeptMatches kept :
        {KeptMatches::kNone, KeptMatches::kDetections}) {
     PersonPose pose =

@@ -93,7 +93,7 @@ TEST(BoneSpreads, SpreadIsSeparatedFromNoise) {
     BoneSimulator simulator(2);
     simulator.modelled_m = modelled_m;
     // (1 cm)^2 + (2 cm)^2 has a standard error of 6 %, so (2 cm)^2 has one of
-    // 7.5 %; four standard errors are 14 % of 2 cm.
+    // 7.5 %; four standard errors are 15 % of 2 cm.
     EXPECT_NEAR(EstimateFrom(simulator, 1000, 0.02).spread_m, 0.02, 0.003)
         << modelled_m;
   }
@@ -182,9 +182,9 @@ TEST(BoneSpreads, NoiseDoesNotIncreaseTheLength) {
   }
 }
 
-// Two cameras side by side are much less accurate in depth. This noise rotates
-// and lengthens a bone perpendicular to the view, which would appear noisy
-// along its observed direction.
+// Two cameras side by side are much less accurate in depth. Noise in depth
+// rotates and lengthens a bone that is perpendicular to the viewing direction;
+// along its observed direction the bone would then appear noisier than it is.
 TEST(BoneSpreads, NoiseInDepthDoesNotReduceTheLength) {
   constexpr double kShort_m = 0.2;
   const Vector3d noise_m(0.01, 0.045, 0.01);
@@ -192,8 +192,8 @@ TEST(BoneSpreads, NoiseInDepthDoesNotReduceTheLength) {
     Random random(seed);
     const BoneEstimate estimate =
         EstimateFromEnds(kShort_m, noise_m, 1.0, &random);
-    // As above, for the variance of the depth. Along the observed directions,
-    // the length would be 4 mm too short.
+    // As in NoiseDoesNotIncreaseTheLength. With the noise along the observed
+    // instead of the estimated directions, the length would be 4 mm too short.
     const double bound =
         4.0 * estimate.length_sigma_m + 0.05 * noise_m.squaredNorm() / kShort_m;
     EXPECT_NEAR(estimate.length_m, kShort_m, bound) << seed;

@@ -67,16 +67,16 @@ double FactorByNarrowSteps(const ErrorCorrelation& correlation, double frame_s,
 }
 
 TEST(InformationTest, CovarianceFactorMatchesNumericIntegration) {
-  // The power of correlated errors lies below 1 / tau, down to a hundredth of
-  // the crossover.
+  // Most of the power of correlated errors lies below 1 / tau, which is here 1
+  // to 1/2200 of the crossover.
   for (const double frame_s : {1.0 / 25.0, 1.0 / 240.0}) {
     for (const double time_s : {0.1, 1.0, 10.0}) {
       for (const double process_noise : {0.1, 10.0, 1000.0}) {
         const ErrorCorrelation lasting{0.2, time_s};
         const double truth =
             FactorByNarrowSteps(lasting, frame_s, process_noise, 1e-4);
-        // If w_c tau is large, only a few steps resolve the variation of H
-        // below u = 4, which causes errors of up to half a per cent.
+        // If w_c tau is 10 to 200, only a few steps resolve the variation of H
+        // below u = 4, which causes errors of up to 0.7 %.
         EXPECT_NEAR(
             CovarianceFactor(lasting, frame_s, process_noise, 1e-4) / truth,
             1.0, 0.01)
@@ -104,8 +104,8 @@ TEST(InformationTest, TableInterpolatesTheCovarianceFactor) {
     }
   }
   // The error of cubic interpolation with a step of 1/8 is at most 3/128
-  // (1/8)^4 = 6e-6 times the fourth derivative, which is below 1 away from the
-  // kink.
+  // (1/8)^4 = 6e-6 times the fourth derivative, which is below 1. Near the kink
+  // at which the divisor reaches 1, the table is not used.
   EXPECT_LT(farthest, 1e-4);
 }
 
@@ -118,7 +118,8 @@ TEST(InformationTest, ProcessNoiseHasTheRequestedCrossover) {
       const double divisor = InformationDivisor(correlation, kFrame_s, q, 1e-3);
       const double w = std::pow(q / (1e-3 * kFrame_s * divisor), 0.25);
       // The divisor is iterated in up to eight rounds, each of which reduces
-      // the error to a quarter or less.
+      // the error to 0.35 or less: at 2.5 Hz to 7e-5, a quarter of which
+      // remains in w.
       EXPECT_NEAR(w / (2.0 * 3.14159265358979 * frequency_hz), 1.0, 1e-4)
           << share << " " << frequency_hz;
     }
@@ -223,8 +224,17 @@ TEST(MotionLagTest, WhiteAccelerationHasLessLagThanThePrior) {
 }
 
 TEST(MotionLagTest, FewFramesKeepThePrior) {
+  // Without motion, many frames reduce the lag to zero, as in the test of slow
+  // motion. Of 50 frames only 20 to 29 lie 0.2 s from both ends; nine of these
+  // have a point. A frame counts as 3 * 20 rad/s * 0.01 s / pi = 0.19 values,
+  // so nine count n = 1.72 against the prior's 30. The expected noise is the
+  // integral of u^8 / (1 + u^4)^4, 0.0434, per 0.130 of lag: its share is n / 3
+  // = 0.57 values. With residuals from zero on, and noise of at most its
+  // expectation, the lag is at least (30 - 0.57) / (30 + 1.72) = 0.928.
   const auto still = [](double) { return Vector3d::Zero(); };
-  EXPECT_GT(LagOf(still, {0.0, 0.1}, 30), 0.7);
+  const double lag = LagOf(still, {0.0, 0.1}, 50);
+  EXPECT_GT(lag, 0.92);
+  EXPECT_NE(lag, 1.0) << "no frame was used";
   EXPECT_EQ(LagLearner().Fit().lag, 1.0);
   EXPECT_EQ(LagLearner().Fit().noise, 1.0);
 }
@@ -237,7 +247,8 @@ TEST(MotionLagTest, OverstatedCovariancesDoNotReduceTheLag) {
          {ErrorCorrelation{0.0, 0.1}, ErrorCorrelation{0.9, 0.1}}) {
       const LagLearner::Ratios ratios =
           RatiosOf(Driven(3), correlation, kLagFrames, off);
-      // Correlated errors have little power above the crossover.
+      // The noise is learnt from residuals above the crossover, where
+      // correlated errors have little power.
       EXPECT_NEAR(ratios.noise, off * off, 0.15 * off * off);
       EXPECT_NEAR(ratios.lag, LagOf(Driven(3), correlation), kTolerance);
     }

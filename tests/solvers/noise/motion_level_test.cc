@@ -156,9 +156,9 @@ void ShowSwing(TimeNs begin, FilterBank* bank, Levels* evidence) {
 class FilterBankPauses : public ::testing::TestWithParam<double> {};
 
 // After a minute even the filter with the least process noise has an
-// uncertainty of metres. The evidence of a recording with a pause differs from
-// that of two separate recordings only in the first point after the pause,
-// which must not dominate the levels.
+// uncertainty of tens of metres. The evidence of a recording with a pause
+// differs from that of two separate recordings only in the first point after
+// the pause, which must not dominate the levels.
 TEST_P(FilterBankPauses, DoNotDegradeTheLikelihoods) {
   const double usual = UsualProcessNoise(JointClass::kWrist);
   Levels whole{};
@@ -172,7 +172,7 @@ TEST_P(FilterBankPauses, DoNotDegradeTheLikelihoods) {
   }
   for (int level = 0; level < kLevelCount; ++level) {
     ASSERT_TRUE(std::isfinite(whole[level])) << "level " << level;
-    // The log-likelihood of this point is reduced by the spread of the
+    // The log-likelihood of that point is reduced by the spread of its
     // prediction, at most the logarithm of q dt^3 / 3 for each axis; not at all
     // after a restart.
     const double spread =

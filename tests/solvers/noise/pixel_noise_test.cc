@@ -69,9 +69,9 @@ TEST(NoiseScalesTest, RarelySeenClassUsesThePersonsScale) {
   EXPECT_NEAR(std::log(scales.Scale(JointClass::kAnkle) /
                        scales.Scale(JointClass::kHip)),
               std::log(8.0) * 4.0 / 44.0, 0.1);
-  // The person's scale is that of all classes together, in which four of 2004
-  // values change the 0.3 quantile by well below one per cent of the scale; its
-  // standard error is as large.
+  // The person's scale is that of all classes together. Four of 2004 values
+  // change the 0.3 quantile by well below one per cent of the scale, the prior
+  // (20 joints of scale 1) changes the scale by 20 / 2024 ln 2 = 0.7 %.
   EXPECT_NEAR(scales.Scale(JointClass::kHead) / scales.Scale(JointClass::kHip),
               1.0, 0.02);
 }
@@ -125,7 +125,7 @@ TEST(CorrelationLearnerTest, WhiteErrorsHaveNoCorrelatedShare) {
 }
 
 TEST(CorrelationLearnerTest, SmallShareIsKeptOnlyAtHighFrameRates) {
-  // Below the crossover the correlated part has 2 * 0.1 * 0.5 s / 0.9 * rate
+  // Below 1 / (0.5 s) the correlated part has 2 * 0.1 * 0.5 s / 0.9 * rate
   // times the power of the white part: 27 times at 240 Hz, 2.8 times at 25 Hz,
   // where it is neglected.
   EXPECT_NEAR(FitSimulated(0.1, 0.5, 240.0, 60.0, 6).share, 0.1, 0.04);

@@ -227,8 +227,8 @@ TEST_F(ViewBiasTest, RecoversTheBiasAtKnownPositions) {
   EXPECT_NEAR(solved[kViewFeatureCount + 4], 0.015, 4e-4);
 }
 
-// Hips and knees at known positions, in view of a camera with shifted images;
-// 12 px correspond to 5 cm.
+// A hip and a knee at known positions. The images of one camera are shifted; 12
+// px correspond to 5 cm.
 TEST_F(ViewBiasTest, ImageShiftsAppearAsBiasUnlessRemoved) {
   const auto greatest = [this](const ViewBias& bias) {
     double value = 0.0;

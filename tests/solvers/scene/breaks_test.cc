@@ -44,8 +44,8 @@ TEST(LostPictures, AreCountedAndShiftedBack) {
                                        : "3 images are in excess"));
     EXPECT_LT(answer->findings[0].after_px, answer->findings[0].before_px);
     // The frame of the jump, 60, is known to 20 frames, less than two bins of
-    // half a second; all other images are back in their frames, and none
-    // appears twice.
+    // half a second; all other images are back in their frames, and after a
+    // loss no image appears twice.
     ASSERT_TRUE(answer->detections.has_value());
     std::set<double> shown;
     for (size_t k = 0; k < 150; ++k) {

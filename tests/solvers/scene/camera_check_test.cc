@@ -125,7 +125,8 @@ TEST(CameraCheck, TwoCamerasAreCheckedWithEpipolarLines) {
   options.arc_deg = 90.0;
   FaultyScene scene = MakeFaultyScene(options);
   EXPECT_EQ(Words(CheckOf(scene)), "");
-  // For cameras at equal height, epipolar lines are horizontal.
+  // For cameras at similar heights, epipolar lines are nearly horizontal, and a
+  // vertical shift is nearly perpendicular to them.
   scene.cameras[1] = testing::Shifted(scene.cameras[1], 0.0, 25.0);
   const CameraCheck check = CheckOf(scene);
   EXPECT_NE(Words(check), "");

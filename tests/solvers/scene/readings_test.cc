@@ -161,7 +161,7 @@ TEST(Readings, RotatedAndMirroredImagesAreIdentified) {
   }
 }
 
-TEST(ClockSearch, FindsLagsOfSeconds) {
+TEST(ClockSearch, FindsLagsOfAboutASecond) {
   FaultySceneOptions options = {5, 4, 3, 14.0};
   options.clock_offset_s = {0.0, 0.96, 0.0, -0.8};
   const FaultyScene scene = MakeFaultyScene(options);

@@ -298,8 +298,8 @@ TEST(RecordingReport, TooFewFramesForATrackAreReported) {
 }
 
 // Three views lose every second image, so that their frames count at half the
-// rate of the other view. Sanitized builds also check that the times of that
-// view's frames are finite.
+// rate of the second view. Sanitized builds also check that the times of the
+// second view's frames are finite.
 TEST(RecordingReport, ViewOfAnotherRateIsReported) {
   testing::FaultySceneOptions options = {21, 4, 2, 5.0};
   options.frame_rate_hz = 30.0;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "core/skeleton/skeleton.h"
 #include "tests/support/rig.h"
@@ -14,17 +15,19 @@ constexpr int kFrames = 250;  // 10 s
 
 // Two people and three cameras. The first person is tracked throughout, the
 // second in the last `followed` frames; view 1 alone detects the second, in the
-// first `seen` frames. The clock begins to run after `stopped` frames.
-std::vector<UnfollowedPerson> Often(int seen, int followed, int stopped = 0) {
+// frames that `is_seen`. `clock`: times in frames, by frame.
+std::vector<UnfollowedPerson> Often(const std::function<bool(int)>& is_seen,
+                                    int followed,
+                                    const std::function<int(int)>& clock) {
   const CameraRig cameras = testing::RingOfCameras(3);
   UnfollowedPeople people(cameras, MapByName(Coco17(), Coco17()), 5);
   const Pose3d first = testing::StandingPerson(-1.0, 0.0);
   const Pose3d second = testing::StandingPerson(1.0, 0.0);
   for (int f = 0; f < kFrames; ++f) {
     DetectionFrame frame = testing::FrameSeenBy(cameras, f, {first, second});
-    frame.time = FrameClock(25.0).TimeOf(std::max(0, f - stopped));
+    frame.time = FrameClock(25.0).TimeOf(clock(f));
     for (size_t v = 0; v < cameras.size(); ++v) {
-      if (v != 1 || f >= seen) frame.views[v].detections.pop_back();
+      if (v != 1 || !is_seen(f)) frame.views[v].detections.pop_back();
     }
     TrackFrame tracked;
     tracked.people.resize(1);
@@ -36,6 +39,13 @@ std::vector<UnfollowedPerson> Often(int seen, int followed, int stopped = 0) {
     people.See(frame, tracked);
   }
   return people.Often();
+}
+
+// The second person is seen in the first `seen` frames. The clock begins to run
+// after `stopped` frames.
+std::vector<UnfollowedPerson> Often(int seen, int followed, int stopped = 0) {
+  return Often([=](int f) { return f < seen; }, followed,
+               [=](int f) { return std::max(0, f - stopped); });
 }
 
 TEST(Unfollowed, UntrackedPersonIsReportedWithViewAndShare) {
@@ -57,7 +67,23 @@ TEST(Unfollowed, AStoppedClockDoesNotDivideAPerson) {
   EXPECT_DOUBLE_EQ(often[0].share, 1.0);
 }
 
-// 49 of 250 frames are less than a fifth.
+// Ten frames before the end, so that the last time is hardly after the first.
+TEST(Unfollowed, AClockThatRestartsDoesNotShortenDurations) {
+  const auto often = Often([](int) { return true; }, 0,
+                           [](int f) { return f < 240 ? f : f - 240; });
+  ASSERT_EQ(often.size(), 1u);
+  EXPECT_DOUBLE_EQ(often[0].share, 1.0);
+}
+
+// Two people at one place, for 2 s each, with 1.2 s in between. The clock
+// restarts when the first one disappears.
+TEST(Unfollowed, APersonEndsAlthoughTheClockRestarts) {
+  const auto is_seen = [](int f) { return f < 50 || (f >= 80 && f < 130); };
+  EXPECT_TRUE(
+      Often(is_seen, 0, [](int f) { return f < 50 ? f : f - 50; }).empty());
+}
+
+// 49 of 250 frames are less than a fifth, and 1.96 s are less than 3 s.
 TEST(Unfollowed, RarelySeenPersonIsNotReported) {
   EXPECT_TRUE(Often(49, 0).empty());
 }

@@ -21,7 +21,7 @@ FaultyScene Walker() { return MakeFaultyScene({31, 4, 1, 20.0}); }
 
 // The bias of a detector that displaces hips by 4 cm times sin 2p, where p is
 // the camera's azimuth: 0 in frontal, side and rear views.
-ViewBias HipsForward() {
+ViewBias BiasOfHips() {
   ViewBias bias;
   ViewBias::OfJoint& hip = bias.joints.emplace_back();
   hip.joint = "hip";
@@ -99,7 +99,7 @@ Outcome Track(const FaultyScene& scene, ViewBiasUse use, int threads = 1) {
 
 TEST(SessionViewBias, KnownBiasIsLearntAndRemoved) {
   FaultyScene scene = Walker();
-  AddBias(HipsForward(), &scene);
+  AddBias(BiasOfHips(), &scene);
   const Outcome off = Track(scene, ViewBiasUse::kOff);
   const Outcome learnt = Track(scene, ViewBiasUse::kAuto);
   RecordProperty("hips_mm", std::to_string(off.hips_mm) + " to " +
@@ -121,7 +121,7 @@ TEST(SessionViewBias, UnbiasedDetectionsLoseNoAccuracy) {
 
 TEST(SessionViewBias, ThreadsDoNotChangeResults) {
   FaultyScene scene = Walker();
-  AddBias(HipsForward(), &scene);
+  AddBias(BiasOfHips(), &scene);
   const Outcome one = Track(scene, ViewBiasUse::kOn, 1);
   const Outcome three = Track(scene, ViewBiasUse::kOn, 3);
   EXPECT_EQ(one.hips_mm, three.hips_mm);

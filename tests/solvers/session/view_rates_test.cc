@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/data/limits.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/io/detections/format.h"
 #include "solvers/session/run.h"
@@ -98,18 +99,20 @@ TEST(ViewRates, SlowerViewsReduceTheError) {
   EXPECT_LT(rated_m, 0.8 * ErrorOf(scene, OptionsAt25HzWith(""), path));
 }
 
-TEST(ViewRates, InvalidRatesAreRejected) {
-  for (const std::string value : {"x", "0", "-1", "1e9", "nan", "25Hz"}) {
+TEST(ViewRates, ValidRatesAreReadAndOthersRejected) {
+  for (const std::string value : {"x", "0", "-1", "1.1e6", "nan", "25Hz"}) {
     const RunOptions options =
         OptionsAt25HzWith("input.view_frame_rate.a=" + value);
     EXPECT_THROW(DetectionOptionsOf(options), OptionError) << value;
   }
   const RunOptions table = ParseRunOptions(
-      "[input.view_frame_rate]\na = 50\nb = 29.97\nc = \"12.5\"\n", "", "");
+      "[input.view_frame_rate]\na = 50\nb = 29.97\nc = \"12.5\"\nd = 1e6\n", "",
+      "");
   const DetectionReadOptions read = DetectionOptionsOf(table);
   EXPECT_EQ(read.view_frame_rate_hz.at("a"), 50.0);
   EXPECT_EQ(read.view_frame_rate_hz.at("b"), 29.97);
   EXPECT_EQ(read.view_frame_rate_hz.at("c"), 12.5);
+  EXPECT_EQ(read.view_frame_rate_hz.at("d"), kMaxFrameRate_hz);
 }
 
 }  // namespace

@@ -324,7 +324,8 @@ TEST(CalibrationCorpus, HostileFilesAreRefused) {
   for (int i = 0; i < 5000; ++i) {
     wide += (i == 0 ? "\"" : ",\"") + std::to_string(i) + "\":1";
   }
-  // Ten levels of ten aliases: 10^10 values in a few lines.
+  // Ten levels of ten elements each, which are aliases except in the first:
+  // 10^10 values in a few lines.
   std::string aliases = "names: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";
   for (int i = 1; i < 10; ++i) {
     const std::string last = "*a" + std::to_string(i - 1);

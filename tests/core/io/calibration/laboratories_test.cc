@@ -394,9 +394,12 @@ TEST(SessionFolder, BoardFileDeterminesTheUnit) {
   folder.Write("mice/calibration.toml", kTable);
   folder.Write("mice/back/a.h5", "anything");
   const std::string path = (folder.path() / "mice").string();
+  const std::string file = path + "/calibration.toml";
   EXPECT_EQ(ReadCameras(path).front().t().z(), 2000.0);
+  EXPECT_EQ(ReadCameras(file).front().t().z(), 2000.0);
   folder.Write("mice/board.toml", "square_length = 24.0\n");
   EXPECT_EQ(ReadCameras(path).front().t().z(), 2.0);
+  EXPECT_EQ(ReadCameras(file).front().t().z(), 2.0);
   CameraReadOptions centimetres;
   centimetres.unit = LengthUnit::kCentimetre;
   EXPECT_EQ(ReadCameras(path, centimetres).front().t().z(), 20.0);

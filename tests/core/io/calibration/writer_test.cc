@@ -116,7 +116,7 @@ TEST(OwnCalibration, IsReadBackExactly) {
   ExpectInputError([&] { ReadCameras(path, options); }, "cameras.unit");
 }
 
-TEST(OwnCalibration, RefusesAMissingFolderAndAnEmptyRig) {
+TEST(OwnCalibration, WritingRequiresTheFolderAndReadingRequiresACamera) {
   const TemporaryFolder folder;
   EXPECT_THROW(WriteCameras((folder.path() / "none" / "c.json").string(), {}),
                InputError);
@@ -309,7 +309,7 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
   EXPECT_EQ(ReadCameras(path).front().name(), parameters.name);
 }
 
-// Recognition does not depend on the order of the registry.
+// Recognition does not depend on the order of CalibrationFormats().
 TEST(CalibrationFormats, OnlyTheWrittenFormatRecognisesAFile) {
   const CameraRig cameras = WithSize(RigWith(WithLens::kNo), 1920, 1080);
   for (const CalibrationFormat& written : CalibrationFormats()) {

@@ -128,7 +128,7 @@ TEST(DetectionExport, CocoScoreAndBoxUseOnlyFoundJoints) {
             "40.5, 0.5, 0, 0, 0, -2, 50, 1], \"score\": 0.75, \"bbox\": [-2, "
             "40.5, 12, 9.5]}\n]\n");
   EXPECT_THAT(lost_fields,
-              Contains(HasSubstr("1 frames without any detection")));
+              Contains(HasSubstr("1 frame without any detection is not kept")));
   EXPECT_THAT(lost_fields, Contains(HasSubstr("the skeleton 'three'")));
   EXPECT_THAT(lost_fields, Contains(HasSubstr("frame rate is not kept")));
   EXPECT_EQ(lost_fields.size(), 3u) << "the times follow from the frames";
@@ -143,9 +143,10 @@ TEST(DetectionExport, ReportsLostFields) {
   sequence.frames[3].views[0].detections[0].index_in_file = 100;
   const LostFields lost_fields =
       Write("openpose", folder.path() / "a", sequence);
-  for (const char* said : {"times other than", "the skeleton 'body25b'",
-                           "1 joints with confidence 0", "order of their names",
-                           "1 detections get another index"}) {
+  for (const char* said :
+       {"times other than", "the skeleton 'body25b'",
+        "1 joint with confidence 0 is", "order of their names",
+        "1 detection gets another index"}) {
     EXPECT_THAT(lost_fields, Contains(HasSubstr(said)));
   }
 }
@@ -161,7 +162,7 @@ TEST(DetectionExport, OwnFormatReportsJointsAndIndices) {
   const LostFields lost_fields =
       Write("kinegraph", folder.path() / "a.jsonl", sequence);
   for (const char* said :
-       {"1 joints with confidence 0", "1 detections get another index"}) {
+       {"1 joint with confidence 0 is", "1 detection gets another index"}) {
     EXPECT_THAT(lost_fields, Contains(HasSubstr(said)));
   }
   EXPECT_EQ(lost_fields.size(), 2u);

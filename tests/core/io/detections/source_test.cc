@@ -27,6 +27,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using testing::ExpectSameDetections;
+using ::testing::HasSubstr;
 using testing::JointOf;
 using testing::RecordingIn;
 using testing::TemporaryFolder;
@@ -457,6 +458,34 @@ TEST(RatedSource, LimitsApplyToViewsWithOtherRates) {
   EXPECT_THROW(RecordingIn("d.jsonl", text, options), InputError);
 }
 
+// Whether the reader or a limit on its frames rejected the last bad frame.
+TEST(DetectionSource, LastBadFrameIsTheLatest) {
+  DetectionReadOptions options;
+  options.skip_bad_frames = true;
+  options.max_per_view = 1;
+  const auto bad_frames_of = [&](const std::string& frames) {
+    const TemporaryFolder folder;
+    const auto source =
+        OpenDetections(folder.Write("d.jsonl", OwnFile(frames)), options);
+    DetectionFrame frame;
+    while (source->Next(&frame)) {
+    }
+    return source->bad_frames();
+  };
+  const std::string unreadable = "{\"frame\": 1, \"vi\n";
+  const std::string crowded =
+      R"({"frame": 2, "views": {"a": [{"joints": [[100, 200, 1]]}, )"
+      R"({"joints": [[300, 200, 1]]}], "b": []}})"
+      "\n";
+  EXPECT_EQ(bad_frames_of("").last, "");
+  BadFrames bad = bad_frames_of(unreadable + crowded);
+  EXPECT_EQ(bad.count, 2);
+  EXPECT_THAT(bad.last, HasSubstr("frame 2"));
+  bad = bad_frames_of(unreadable + crowded + unreadable);
+  EXPECT_EQ(bad.count, 3);
+  EXPECT_THAT(bad.last, HasSubstr("line 4"));
+}
+
 TEST(RatedSource, SlowViewHasNoDetectionsInSomeFrames) {
   // The view has 10 Hz and the recording 25 Hz, so that frames of the view
   // are 2.5 frames of the recording apart.
@@ -494,7 +523,8 @@ TEST(RatedSource, BaseRateAboveAllViewsLosesNoFrame) {
   }
 }
 
-// Frames without detections are returned, except after the last detection.
+// Frames without detections are returned between the first and the last
+// detection.
 TEST(RatedSource, KeepsFramesWithoutDetections) {
   DetectionSequence sequence = Counting(8, 8);
   for (size_t f = 2; f < 5; ++f) {

@@ -189,8 +189,8 @@ constexpr const char* kHeader =
 TEST(TwoDetectors, AreFusedJointByJoint) {
   const TemporaryFolder folder;
   const std::string header = kHeader;
-  // The diagonal of a box of 300 x 400 px is 500 px, so that positions disagree
-  // if they are more than 25 px apart.
+  // The diagonal of a box of some 300 x 400 px is some 500 px, so that
+  // positions disagree if they are more than about 25 px apart.
   folder.Write("seeds/rng0/cam1.csv", header + "0,100,100,0.9,400,500,0.4\n" +
                                           "1,100,100,0.9,400,500,0.8\n" +
                                           "2,100,100,0.9,,,\n");

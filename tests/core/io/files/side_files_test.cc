@@ -1,12 +1,14 @@
 #include "core/io/files/side_files.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>  // geteuid
 
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -67,6 +69,25 @@ TEST_F(SideFilesTest, FolderFingerprintDependsOnNamesAndBytes) {
   EXPECT_EQ(of("person_0.trc", "x"), one);
   EXPECT_NE(of("person_1.trc", "x"), one);
   EXPECT_NE(of("person_0.trc", "y"), one);
+}
+
+TEST_F(SideFilesTest, FolderThatCannotBeReadHasNoFingerprint) {
+  const fs::path folder = folder_.path() / "people";
+  fs::create_directory(folder);
+  const std::string empty = FingerprintOfTracks(folder.string());
+  fs::create_symlink("nothing", folder / "a");
+  EXPECT_EQ(FingerprintOfTracks(folder.string()), empty);
+  fs::create_symlink("b", folder / "b");  // to itself
+  EXPECT_THROW(FingerprintOfTracks(folder.string()), InputError);
+}
+
+TEST_F(SideFilesTest, FolderThatCannotBeListedHasNoFingerprint) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may list anything";
+  const fs::path folder = folder_.path() / "people";
+  fs::create_directory(folder);
+  fs::permissions(folder, fs::perms::none);
+  EXPECT_THROW(FingerprintOfTracks(folder.string()), InputError);
+  fs::permissions(folder, fs::perms::owner_all);
 }
 
 }  // namespace

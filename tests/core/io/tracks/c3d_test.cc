@@ -361,7 +361,8 @@ TEST_F(TracksC3d, FirstFrameFromHeaderOrTrial) {
   EXPECT_EQ(First(Trial(OnePoint(65535, 65535, 50).Words("POINT:FRAMES", {50}),
                         70'001, 70'050)),
             70'000);
-  // Parameters that were not trimmed with the file state another count.
+  // If TRIAL or the header was not trimmed with the file, its count does not
+  // fit.
   for (const C3dMaker& maker : {Trial(OnePoint(101, 150, 50), 1, 500),
                                 Trial(OnePoint(1, 500, 50), 101, 150)}) {
     EXPECT_EQ(Count(maker), 50u);
@@ -549,6 +550,13 @@ TEST_F(TracksC3d, PrefixesAndRepeatedLabelsSeparatePeople) {
                        .Words("SUBJECTS:USES_PREFIXES", {1}),
                    {"A_C7", "B_C7"}),
             "0: C7; 1: C7; Anna Ben ");
+  // The only person is none of the listed ones.
+  EXPECT_EQ(people(C3dMaker()
+                       .Texts("SUBJECTS:LABEL_PREFIXES", {"A_"})
+                       .Texts("SUBJECTS:NAMES", {"Anna", "Ben"})
+                       .Words("SUBJECTS:USES_PREFIXES", {1}),
+                   {"Carl:C7"}),
+            "0: C7; Carl ");
   // A file without prefixes, with a colon in the name of a joint.
   const C3dMaker anna = C3dMaker()
                             .Texts("SUBJECTS:NAMES", {"Anna"})
@@ -636,6 +644,30 @@ TEST_F(TracksC3d, LoadsOfForcePlatesOfEveryType) {
     ASSERT_EQ(plates.size(), 2u) << type;
     EXPECT_EQ(plates[0].load_n, std::vector<double>(2, load_n.first)) << type;
     EXPECT_EQ(plates[1].load_n, std::vector<double>(2, load_n.second)) << type;
+  }
+}
+
+// A sample of 32777 less an offset of 32767, times 3 and 0.5. Signed, 32777 is
+// -32759; loads are made positive.
+TEST_F(TracksC3d, AnalogSamplesHaveFormatOffsetAndScales) {
+  for (const auto& [format, load_n] :
+       {std::pair{"UNSIGNED", 15.0}, {"SIGNED", 98289.0}}) {
+    C3dMaker maker(kIntel, /*is_float=*/false);
+    maker.Header(1, 1, 2).Analog(6, 1).Labels({"nose"});
+    maker.Texts("ANALOG:FORMAT", {format})
+        .Words("ANALOG:OFFSET", {0, 0, 32767, 0, 0, 0})
+        .Words("ANALOG:SCALE", {1, 1, 3, 1, 1, 1})
+        .Number("ANALOG:GEN_SCALE", 0.5)
+        .Words("FORCE_PLATFORM:USED", {1})
+        .Words("FORCE_PLATFORM:TYPE", {1})
+        .Words("FORCE_PLATFORM:CHANNEL", {1, 2, 3, 4, 5, 6}, {6, 1});
+    for (int frame = 0; frame < 2; ++frame) {
+      maker.Point(10.0, 20.0, 30.0);
+      for (int c = 1; c <= 6; ++c) maker.Value(32777);
+    }
+    const auto plates = ReadForcePlates(Put(maker.Make()));
+    ASSERT_EQ(plates.size(), 1u) << format;
+    EXPECT_EQ(plates[0].load_n, std::vector<double>(2, load_n)) << format;
   }
 }
 

@@ -68,7 +68,7 @@ inline TrackSequence RandomTracks(const Skeleton& skeleton) {
   return tracks;
 }
 
-// A person who moves two metres along x. Each pose is changed by `change`,
+// A person who moves some two metres along x. Each pose is changed by `change`,
 // translated, and then rotated by `world`.
 inline TrackSequence Walk(
     const Eigen::Matrix3d& world = Eigen::Matrix3d::Identity(),

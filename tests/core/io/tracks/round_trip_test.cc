@@ -94,7 +94,8 @@ TEST_P(TrackRoundTrip, ReadsBack) {
         expected.push_back(&frame);
       }
     }
-    // Read from actorsGT.mat, the frames begin at 0.
+    // actorsGT.mat (tum) has no frame numbers: the frames read from it begin at
+    // 0, those of RandomTracks at 300.
     std::vector<const TrackFrame*> found;
     for (const TrackFrame& frame : again.frames) {
       if (frame.frame >= 300) found.push_back(&frame);
@@ -203,8 +204,10 @@ TEST(TracksTrc, ReadsMillimetresOtherAxesAndMissingMarkers) {
   EXPECT_EQ(tracks.frames[1].time, 10'000'000);
 }
 
-// Laboratories count from 1. A trimmed file may keep its numbers and times.
-TEST(TracksTrc, FirstFrameFollowsTheTimeOfTheFirstRow) {
+// Normally the time of the first row decides. OrigDataStartFrame does if the
+// times begin anew (at 0 or, in row 1, after one frame), are negative, or lie
+// between frames. Laboratories count it from 1: 1 with the time 0 is frame 0.
+TEST(TracksTrc, FirstFrameIsAtTheTimeOfTheFirstRowOrOrigDataStartFrame) {
   const TemporaryFolder folder;
   const auto first_frame = [&](const std::string& start,
                                const std::string& row) {
@@ -281,7 +284,8 @@ TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
 
 using Broken = std::vector<std::pair<std::string, std::string>>;
 
-// Rows after a header, and the expected errors.
+// Expects the error broken[i].second for a file of `header` and the rows
+// broken[i].first.
 void ExpectErrors(const std::string& name, const std::string& header,
                   const Broken& broken) {
   const TemporaryFolder folder;
@@ -405,7 +409,7 @@ TEST(TracksNpz, ReadsArraysWrittenByNumpy) {
             (std::vector<std::string>{"a", "\u00e9"}));
   ASSERT_EQ(tracks.frames.size(), 3u);
   EXPECT_EQ(tracks.frames[2].frame, 5);
-  ASSERT_EQ(tracks.frames[1].people.size(), 1u) << "NaN marks a missing joint";
+  ASSERT_EQ(tracks.frames[1].people.size(), 1u) << "only NaN: absent";
   EXPECT_EQ(tracks.frames[1].people[0].id, TrackId(9));
   EXPECT_EQ(tracks.frames[1].people[0].joints[1].position_m,
             Eigen::Vector3d(21, 22, 23));
@@ -466,7 +470,7 @@ TEST(TrackExport, CsvQuotesJointNames) {
             "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
 }
 
-TEST(TrackExport, CsvNotesThatNoPeopleCannotBeRead) {
+TEST(TrackExport, CsvNotesThatATableWithoutPeopleCannotBeReadBack) {
   TrackSequence tracks = RandomTracks(Coco17());
   for (TrackFrame& frame : tracks.frames) frame.people.clear();
   const TemporaryFolder folder;
@@ -511,7 +515,7 @@ TEST(NpzFile, CrcMatchesCatalogueValue) {
   EXPECT_EQ(Crc32(""), 0u);
 }
 
-// Runs Python, which fails with an assertion's message.
+// Expects a Python script to succeed; if an assertion fails, shows its message.
 void ExpectPython(const TemporaryFolder& folder, const std::string& script) {
   const std::string path = folder.Write("check.py", script);
   const std::string errors = folder.path() / "errors.txt";

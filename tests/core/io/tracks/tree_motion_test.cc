@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/median.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
@@ -206,6 +207,24 @@ TEST_F(TreeMotionTest, BvhReproducesEveryJointOfARigidBody) {
   }
 }
 
+// Along ten links of at most 0.25 m, with rotations of four floats accurate to
+// 2^-23 and the root at 1 m accurate to 2^-24, the error is 10 * 10 / 2 * 0.25
+// m
+// * 2^-23 + 2^-24 m. The angles of the mean shape are accurate to some ten
+// digits.
+constexpr double kGltfDigits_m = 2e-5;
+
+// The position of a joint in the axes of glTF.
+Vector3d InGltf(const TrackSequence& tracks, size_t frame,
+                const std::string& joint) {
+  const int index = tracks.header.skeleton.IndexOf(joint);
+  const Vector3d& at = tracks.frames[frame]
+                           .people[0]
+                           .joints.at(static_cast<size_t>(index))
+                           .position_m;
+  return {at.x(), at.z(), -at.y()};
+}
+
 TEST_F(TreeMotionTest, GltfRotationsReproduceEveryJointOfARigidBody) {
   for (const Skeleton& skeleton : AllSkeletons()) {
     const TrackSequence truth = RigidTruth(skeleton, 40);
@@ -214,19 +233,12 @@ TEST_F(TreeMotionTest, GltfRotationsReproduceEveryJointOfARigidBody) {
     double worst_m = 0.0;
     for (const size_t f : {0u, 17u, 39u}) {
       const std::map<std::string, Vector3d> found = file.ByRotations(f);
-      const Pose3d& pose = truth.frames[f].people[0].joints;
-      for (size_t j = 0; j < pose.size(); ++j) {
-        const Vector3d expected(pose[j].position_m.x(), pose[j].position_m.z(),
-                                -pose[j].position_m.y());
+      for (const std::string& joint : skeleton.joints()) {
         worst_m = std::max(worst_m,
-                           (found.at(skeleton.joints()[j]) - expected).norm());
+                           (found.at(joint) - InGltf(truth, f, joint)).norm());
       }
     }
-    // Along ten links of at most 0.25 m, with rotations of four floats accurate
-    // to 2^-23 and the root at 1 m accurate to 2^-24, the error is 10 * 10 / 2
-    // * 0.25 m * 2^-23 + 2^-24 m. The angles of the mean shape are accurate to
-    // some ten digits.
-    EXPECT_LT(worst_m, 2e-5) << skeleton.name();
+    EXPECT_LT(worst_m, kGltfDigits_m) << skeleton.name();
   }
 }
 
@@ -337,9 +349,29 @@ TEST_F(TreeMotionTest, WithUnseenHipsTheNeckIsTheRoot) {
 }
 
 TEST_F(TreeMotionTest, UnseenJointBetweenSeenJointsIsNotedAndWritten) {
-  EXPECT_THAT(WriteAs("gltf", gltf_, WithoutJoints(Coco17(), {"l_elbow"})),
+  const TrackSequence tracks = WithoutJoints(Coco17(), {"l_elbow"});
+  EXPECT_THAT(WriteAs("gltf", gltf_, tracks),
               Contains(HasSubstr("never seen: l_elbow;")));
-  EXPECT_EQ(GltfFile(gltf_).ByRotations(3).count("l_elbow"), 1u);
+  const GltfFile file(gltf_);
+  const auto arm_m = [&](size_t frame) {
+    return Vector3d(InGltf(tracks, frame, "l_wrist") -
+                    InGltf(tracks, frame, "l_shoulder"));
+  };
+  // Upper arm and forearm have half the arm's median length and point to the
+  // wrist.
+  std::vector<double> halves_m;
+  for (size_t f = 0; f < tracks.frames.size(); ++f) {
+    halves_m.push_back(0.5 * arm_m(f).norm());
+  }
+  const double half_m = Median(halves_m);
+  for (const size_t f : {3u, 11u}) {
+    const auto found = file.ByRotations(f);
+    const Vector3d from_m = InGltf(tracks, f, "l_shoulder");
+    const Vector3d bone_m = half_m * arm_m(f).normalized();
+    EXPECT_LT((found.at("l_elbow") - from_m - bone_m).norm(), kGltfDigits_m);
+    EXPECT_LT((found.at("l_wrist") - from_m - 2.0 * bone_m).norm(),
+              kGltfDigits_m);
+  }
 }
 
 TEST_F(TreeMotionTest, PointsWithoutBonesAreWrittenToGltfButNotBvh) {
@@ -373,7 +405,7 @@ TEST_F(TreeMotionTest, TreeFollowsTheBonesOfTheFile) {
     EXPECT_EQ(joint.is_chest, joint.name == "thorax");
     EXPECT_TRUE(joint.is_held);
   }
-  // An animal's ears are attached by its own bones.
+  // An animal gets no directions from human anatomy.
   for (const TreeJoint& joint : TreeOf(Animals()[0])) {
     EXPECT_TRUE(joint.rest_direction.isZero()) << joint.name;
   }
