@@ -363,8 +363,8 @@ std::string RefinementText(const ReadyRecording& recording) {
   std::string text;
   if (!lags.empty()) {
     text += fmt::format(
-        "clock offsets in whole frames of the detections (VIEW +n: the k-th "
-        "frame of the first view corresponds to the (k + n)-th of VIEW): {}\n",
+        "clock offsets in frame numbers (VIEW +n: frame k of the first view "
+        "corresponds to frame k + n of VIEW): {}\n",
         fmt::join(lags, ", "));
   }
   for (const RefineStep& step : refinement.steps) {
