@@ -73,7 +73,7 @@ TrackSequence ReadInput() {
 }
 
 void RequireCsv() {
-  if (EndsIn(FLAGS_out, ".csv") || IsStream(FLAGS_out)) return;
+  if (EndsInAnyCase(FLAGS_out, ".csv") || IsStream(FLAGS_out)) return;
   FailFlag("out", FLAGS_out, "NAME.csv");
 }
 

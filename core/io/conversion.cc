@@ -397,8 +397,8 @@ int64_t WantedPerson(const ConversionOptions& flags,
 void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
                 TrackSequence* tracks) {
   const std::vector<int64_t> ids = IdsOf(*tracks);
-  const bool one_file =
-      !to.person_extension.empty() && EndsIn(flags.out, to.person_extension);
+  const bool one_file = !to.person_extension.empty() &&
+                        EndsInAnyCase(flags.out, to.person_extension);
   if (flags.person.empty()) {
     if (!one_file || ids.size() < 2) return;
     Refuse(
