@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -103,6 +104,11 @@ bool IsInMillimetres(const JsonField& root) {
          square->Number() > 1.0;
 }
 
+constexpr const char* kConfig = "config.toml";
+// Files with the cameras of a session, in order of preference.
+constexpr std::array kSessionFiles = {"camera_array.toml", "calibration.toml",
+                                      kConfig};
+
 // Whether a table contains cameras: other programs have a config.toml, too.
 bool HasCameras(const Json& root) {
   const auto is_camera = [](const Json& table) {
@@ -115,20 +121,24 @@ bool HasCameras(const Json& root) {
 // The file with the cameras in a session's folder; empty if there is none.
 fs::path SessionFile(const CalibrationHead& head) {
   const fs::path folder = head.path;
-  for (const char* name : {"camera_array.toml", "calibration.toml"}) {
-    if (head.HasFile(name)) return folder / name;
+  for (const char* name : kSessionFiles) {
+    if (!head.HasFile(name)) continue;
+    if (name == kConfig && !HasCameras(ReadToml((folder / name).string()))) {
+      continue;
+    }
+    return folder / name;
   }
-  constexpr const char* kConfig = "config.toml";
-  if (!head.HasFile(kConfig) ||
-      !HasCameras(ReadToml((folder / kConfig).string()))) {
-    return {};
-  }
-  return folder / kConfig;
+  return {};
 }
 
-// Whether the board beside the calibration has squares with sides above 1, too
-// large for metres.
+// Whether the board beside a session's calibration has squares with sides above
+// 1, too large for metres.
 bool HasBoardInMillimetres(const fs::path& calibration) {
+  const std::string name = calibration.filename().string();
+  if (std::find(kSessionFiles.begin(), kSessionFiles.end(), name) ==
+      kSessionFiles.end()) {
+    return false;
+  }
   const fs::path board = calibration.parent_path() / "board.toml";
   if (!IsFile(board.string())) return false;
   const Json json = ReadToml(board.string());
