@@ -164,11 +164,16 @@ std::string DumpJson(const Json& value, int indent) {
   constexpr char kDelete = '\x7f';
   std::string text =
       value.dump(indent, ' ', false, Json::error_handler_t::replace);
-  for (size_t at = text.find(kDelete); at != std::string::npos;
-       at = text.find(kDelete, at)) {
-    text.replace(at, 1, "\\u007f");
+  if (text.find(kDelete) == std::string::npos) return text;
+  std::string escaped;
+  for (const char c : text) {
+    if (c == kDelete) {
+      escaped += "\\u007f";
+    } else {
+      escaped += c;
+    }
   }
-  return text;
+  return escaped;
 }
 
 std::string JsonText(const std::string& text) { return DumpJson(Json(text)); }
