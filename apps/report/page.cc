@@ -86,9 +86,12 @@ namespace {
 
 // The value of a dotted key such as "cameras.refine"; null if absent.
 Json ValueOf(const Json& config, const std::string& dotted) {
-  Json::json_pointer place;
-  for (const std::string& key : Split(dotted, '.')) place /= key;
-  return config.contains(place) ? config.at(place) : Json();
+  const Json* value = &config;
+  for (const std::string& key : Split(dotted, '.')) {
+    if (!value->contains(key)) return Json();
+    value = &value->at(key);
+  }
+  return *value;
 }
 
 // Whether the configuration already has every key=value of a fix that is a

@@ -154,6 +154,19 @@ TEST(PageData, FindingsCorrectedByTheConfigurationAreLeftOut) {
             "clock_offset view_rate sides rotation unit ");
 }
 
+TEST(PageData, FindingsWhoseKeyIsBelowAnArrayAreKept) {
+  PageInput input = InputOf(Walk(3, 1, 25.0));
+  input.results[0].tracks.header.config_json = R"({"a": [1]})";
+  for (const std::string key : {"a.", "a.0", "a.99999999999999999999"}) {
+    const Json finding = {
+        {"kind", "unit"}, {"fix", "--set=" + key + "=1"}, {"confidence", 0.9}};
+    const Json doctor = {{"verdict", "suspect"},
+                         {"findings", Json::array({finding})}};
+    input.doctor_json = doctor.dump();
+    EXPECT_EQ(PageOf(input)["doctor"]["findings"].size(), 1u) << key;
+  }
+}
+
 TEST(PageData, JointsDecodeWithinHalfAQuantum) {
   const TrackSequence tracks = Walk(10, 2, 25.0);
   const PageData data = MakePageData(InputOf(tracks));
