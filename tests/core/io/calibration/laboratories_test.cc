@@ -400,6 +400,9 @@ TEST(SessionFolder, BoardFileDeterminesTheUnit) {
   folder.Write("mice/board.toml", "square_length = 24.0\n");
   EXPECT_EQ(ReadCameras(path).front().t().z(), 2.0);
   EXPECT_EQ(ReadCameras(file).front().t().z(), 2.0);
+  // A calibration that others put into the folder has its own unit.
+  folder.Write("mice/Calib.toml", kTable);
+  EXPECT_EQ(ReadCameras(path + "/Calib.toml").front().t().z(), 2000.0);
   CameraReadOptions centimetres;
   centimetres.unit = LengthUnit::kCentimetre;
   EXPECT_EQ(ReadCameras(path, centimetres).front().t().z(), 20.0);
