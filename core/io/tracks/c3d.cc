@@ -243,8 +243,9 @@ TrackSequence TracksOf(const C3dFile& file, const TrackReadOptions& options) {
   const Contents contents = ContentsOf(file);
   const bool has_points = file.points().width > 0;
   const C3dFrames& frames = has_points ? file.points() : file.segments();
-  // A segment's origin keeps the segment's name, since the origin of the head,
-  // for example, is not the joint at its top.
+  // The names of segments are not translated into those of joints, as
+  // SkeletonOfNames does: the origin of the head, for example, is not the joint
+  // at its top.
   TrackCollector collector("c3d",
                            has_points || options.skeleton.has_value()
                                ? SkeletonOfNames(contents.joints, options)
