@@ -41,8 +41,9 @@ DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_string(
     manifest, "",
-    "several recordings (TOML, docs/batch.md): strategy and parameters are "
-    "chosen on all but one and scored on that one, for each in turn");
+    "several recordings (TOML, docs/batch.md): the strategy and, with --tune, "
+    "its parameters are chosen on all but one and scored on that one, for each "
+    "in turn");
 DEFINE_string(config, "", "configuration (TOML)");
 DEFINE_string(mode, "", "paper or graph; empty: the configuration's");
 DEFINE_string(set, "", "configuration keys to change: key=value;...");
@@ -91,7 +92,8 @@ DEFINE_string(out, "", "folder for the results; must not hold files yet");
 namespace kinegraph {
 namespace {
 
-// Least number of frames between the two halves, which belong to neither fold.
+// Least number of frames between the two halves; these frames belong to neither
+// fold.
 constexpr int64_t kGapFrames = 25;
 
 void CheckCompareFlags() {

@@ -785,7 +785,7 @@ void BindCamera(py::module_& m) {
                              "(width, height) [px]; (0, 0) if unknown.")
       .def("project", &ProjectPoints, "points"_a,
            "(N, 3) points in the world [m] to (N, 2) raw pixels; NaN where a\n"
-           "point has no image.")
+           "point cannot be projected (behind the camera, for example).")
       .def("__repr__", [](const Camera& camera) {
         return "<kinegraph.Camera '" + camera.name() + "'>";
       });

@@ -27,8 +27,9 @@ struct EvaluationOutput {
   Json json;
 };
 
-// Percentages with counts; the headline figures with confidence intervals.
-// `list_lost` adds every lost part to the text (the JSON always has them).
+// Percentages with counts; the means over the protocol's headline_actors and
+// each actor's total with confidence intervals. `list_lost` adds every
+// incorrect part to the text (the JSON always has them).
 EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost);
 EvaluationOutput DescribeParity(const ParityResult& result,
                                 const ParityOptions& options,

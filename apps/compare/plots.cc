@@ -59,7 +59,8 @@ NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   return {"held_out_smoothness.svg", {plot}, {1000, 640}};
 }
 
-// The difference from the baseline, which alone determines the ranking.
+// The difference from the baseline with its interval, which alone decides
+// whether a strategy ranks as better, worse or neither.
 NamedPlot Differences(const CompareResult& result) {
   Plot plot;
   plot.title = "Held-out error against " + result.baseline().strategy.title +

@@ -1,6 +1,6 @@
-// Compares tracks with optical markers or another program's segments: reads,
-// aligns and scores them (marker_study.cc), and writes the results
-// (marker_output.cc).
+// Compares tracks with optical markers or the body segments of another program
+// (Theia3D): reads, aligns and scores them (marker_study.cc), and writes the
+// results (marker_output.cc).
 #ifndef KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
 #define KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
 

@@ -152,7 +152,7 @@ void AddIdentity(const PageResult& result, Json* json) {
 
 class PageMaker {
  public:
-  // Lengths of the input are in units of `metre`.
+  // `metre`: metres of the world per unit of the input's lengths.
   PageMaker(const PageInput& input, const PageOptions& options, double metre)
       : input_(input),
         options_(options),
@@ -221,7 +221,8 @@ void PageMaker::ChooseStrides() {
     for (const TrackFrame& frame : result.tracks.frames) {
       if (clock_.count(frame.frame) == 0) continue;
       const auto people = static_cast<double>(frame.people.size());
-      constexpr double kAngles = 16.0;  // per body, 2 bytes each
+      // Per body without feet, else 18 (AnglesOf); 2 bytes each.
+      constexpr double kAngles = 16.0;
       poses += people * (20.0 + 2.0 * kAngles + 7.0 * joints + 2.0 * views);
       if (options_.with_covariance) poses += people * 4.0 * kAngles;
       extras += people * views * (2.0 + joints);

@@ -42,9 +42,11 @@ struct PairingNames {
 };
 
 // Pairs frames by time where both recordings have times and a rate, else by
-// frame number; also by number, with a note, where equal rates have no time in
-// common or the times of equal numbers drift apart. Restricted to `frames`, in
-// the tracks' numbers (empty: all).
+// frame number. They are also paired by number, with a note, if the rates are
+// equal but no two frames coincide in time, or if frames of equal number begin
+// simultaneously and end more than half a frame apart because the rates differ
+// slightly.
+// Restricted to `frames`, in the tracks' numbers (empty: all).
 // Nothing is interpolated: at different rates only common instants are
 // compared, and frames between them are ignored. Throws InputError naming both
 // rates where they differ and no two frames have the same time.

@@ -89,7 +89,8 @@ struct MotionState {
   TimeNs time = 0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // of the trunk, world
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  // From right to left, the person's heading; zero: unknown.
+  // From the person's right to left, perpendicular to the heading; zero:
+  // unknown.
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
   LimbPosture posture = {};  // in the outermost frame
 };

@@ -18,7 +18,8 @@ constexpr int kStepsPerKnot = 4;
 constexpr double kRelaxation = 0.6;        // time constant of velocity [s]
 constexpr double kMaxAcceleration = 2.5;   // [m/s^2]
 constexpr double kAvoidanceHorizon = 2.5;  // looks ahead this far [s]
-// Additional distance from others to sit down, half of it once seated [m].
+// A person sits down only with this much more room than the minimum distance to
+// others; while seated, half of it is kept [m].
 constexpr double kSeatClearance = 0.35;
 // After this time a walk to a goal that was not reached ends [s].
 constexpr double kPatience = 9.0;

@@ -31,8 +31,9 @@ size_t SuppressDuplicates(size_t count, std::vector<Observation>* observations);
 // tracks. Reuses its memory between frames.
 class FrameObservations {
  public:
-  // `cameras` must outlive the object. Detections with fewer found joints than
-  // `min_found_joints` of 17 are left out.
+  // `cameras` must outlive the object. Detections with too few found joints are
+  // left out: `min_found_joints` is stated for 17 joints and scaled to the
+  // association joints of `tracks` (ScaledJoints).
   FrameObservations(const CameraRig& cameras, const Skeleton& detections,
                     const Skeleton& tracks, double min_found_joints,
                     bool suppress_duplicates);

@@ -25,7 +25,7 @@ namespace kinegraph {
 
 struct Chunk {
   // Frames begin .. end - 1 are solved, and own_begin .. own_end - 1 of them
-  // kept. Every frame is owned by exactly one chunk.
+  // kept. Of the chunks of MakeChunks exactly one owns each frame.
   size_t begin = 0;
   size_t end = 0;
   size_t own_begin = 0;

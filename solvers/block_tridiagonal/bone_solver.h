@@ -16,8 +16,9 @@ namespace kinegraph {
 // calls; not thread-safe.
 class BoneSolver {
  public:
-  // Starts at the joints' states. Keeps the gating of measurements, unless a
-  // measurement that is not gated has no image: then all are gated anew.
+  // Starts at the joints' states. Keeps the gating of measurements, unless the
+  // joint of an active measurement cannot be projected into its view (it lies
+  // behind the camera, for example): then all are gated anew.
   // Without a finite result the states are unchanged.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
@@ -40,7 +41,7 @@ class BoneSolver {
   void Load(const PersonProblem& problem);
   void LoadPrior(const PersonPrior& prior);
   ChainLanes At(LaneBuffer* states) const;
-  // False where an active measurement has no image.
+  // False if the joint of an active measurement cannot be projected.
   bool Linearise(const PersonProblem& problem, const SolveStage& stage,
                  LaneBuffer* states, System* system);
   void AddCouplings(const PersonProblem& problem, const LaneBuffer& states,

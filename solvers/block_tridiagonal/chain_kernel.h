@@ -367,8 +367,8 @@ class ChainGroup {
     prior_information_ = {};
   }
 
-  // Gates the measurements in whose views the states have no image, and either
-  // activates all others (kAnew) or leaves them unchanged (kAsWell).
+  // Gates the measurements into whose views the states cannot be projected, and
+  // either activates all others (kAnew) or leaves them unchanged (kAsWell).
   enum class Gated { kAnew, kAsWell };
   void Gate(Gated gated) {
     for (int k = 0; k < frames_; ++k) {

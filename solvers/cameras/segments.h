@@ -105,9 +105,9 @@ SceneSegments MakeSegments(const CameraRig& cameras,
 inline constexpr LossKind kSceneLoss = LossKind::kCauchy;
 inline constexpr double kSceneLossScale = 2.0;
 
-// Residual [sigmas] of a measurement; nullopt if the point has no image. The
-// Jacobians with respect to the segment's state and the camera's change may be
-// null.
+// Residual [sigmas] of a measurement; nullopt if the point cannot be projected.
+// The Jacobians with respect to the segment's state and the camera's change may
+// be null.
 std::optional<Eigen::Vector2d> SegmentResidual(
     const Camera& camera, const CameraChange& change,
     const MotionSegment& segment, const SegmentState& state,

@@ -22,7 +22,7 @@ inline constexpr double kNearestDepthM = 0.1;
 // lens. `offset_s` is the view's own capture time minus the frame's time. The
 // sigma is constant: a state-dependent one would lower the cost of states that
 // increase it.
-// Evaluate returns false where the point has no image: nearer than
+// Evaluate returns false where the point cannot be projected: nearer than
 // kNearestDepthM, behind the camera or outside the lens's region; solvers gate
 // such measurements at their start. A single view does not determine the depth.
 //

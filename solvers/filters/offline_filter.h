@@ -33,9 +33,10 @@ std::unique_ptr<Estimator> MakeOfflineFilter(
 
 // A fixed cut-off must be below half the nominal frame rate `rate_hz`
 // (OptionError). Rules, cut-offs and windows use the segment's own rate where
-// it differs; a cut-off too high for it becomes 45 % (recursive filters) or
-// half of it (Whittaker). The recursive filters and Savitzky-Golay need uniform
-// time: they throw InputError for a step more than half a frame off nominal.
+// it differs; a cut-off too high for that rate becomes 45 % (recursive filters)
+// or half (Whittaker) of that rate. The recursive filters and Savitzky-Golay
+// need uniform time: they throw InputError for a step more than half a frame
+// off nominal.
 //
 // Bridged frames: the Gaussian, the centred median, the recursive filters and
 // Savitzky-Golay treat the linear bridge as samples; PointsAsTheyAre returns

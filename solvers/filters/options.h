@@ -12,7 +12,9 @@
 namespace kinegraph {
 
 enum class PointKind {
-  kDlt,     // the initial pose: joints filter, then DLT
+  // The initial pose: DLT of the joints that pass the tracker's epipolar
+  // filter.
+  kDlt,
   kRobust,  // robust triangulation of the frame's own views, all of them
 };
 

@@ -26,7 +26,7 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
                           JointClassTable* table, const std::string& unit,
                           const std::string& help);
 
-// The solver of the last step; both minimise the same cost.
+// The solver of the final estimate; both minimise the same cost.
 enum class GraphSolver {
   kCeres,  // one Ceres problem per person with all factors
   // Block-tridiagonal elimination, with conjugate gradients for bones.
@@ -38,7 +38,9 @@ const char* ToString(GraphSolver solver);
 // Where Ceres starts.
 enum class GraphStart {
   kBasin,  // graduated non-convexity by block-tridiagonal elimination
-  kDlt,    // the initial pose (joints filter, DLT); Ceres runs all stages
+  // The initial pose (DLT of the joints that pass the tracker's epipolar
+  // filter); Ceres runs all stages.
+  kDlt,
 };
 
 // Source of a noise parameter.

@@ -98,7 +98,7 @@ struct PixelMeasurement {
   // GraphOptions::min_confidence .. 1.
   float log_confidence = 0.0f;
   int16_t view_slot = 0;  // index among the frame's views
-  // Excluded: the current estimate has no image in this view.
+  // Excluded: the current estimate cannot be projected into this view.
   bool gated = false;
 };
 static_assert(sizeof(PixelMeasurement) == 80);

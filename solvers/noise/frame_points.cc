@@ -193,7 +193,8 @@ void FrameTriangulator::LoadViews(const JointChain& chain, size_t k) {
   }
 }
 
-// Computes the residuals at the start; false if it has no image in a view.
+// Computes the residuals at the start; false if it cannot be projected into a
+// view.
 bool FrameTriangulator::SetResiduals() {
   residuals_.views.clear();
   residuals_.square = 0.0;
@@ -229,7 +230,8 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   anywhere.require_in_front = false;
   const TriangulationResult dlt = TriangulateDlt(ideal_, anywhere);
   if (!dlt.ok()) return false;
-  // A view in which the point has no image carries no information about noise.
+  // A view into which the point cannot be projected carries no information
+  // about noise.
   for (size_t v = views_.size(); v-- > 0;) {
     if (views_[v].camera->Project(dlt.point_m).has_value()) continue;
     views_.erase(views_.begin() + v);

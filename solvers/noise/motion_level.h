@@ -46,7 +46,7 @@ double LogLevel(int level);
 //   z = p + g n + e,   g = sqrt(a R),   var e = (1 - a) R,
 // so with H = (1, 0, g) the innovation z - H x has the variance
 //   S = H P H' + (1 - a) R
-// (to which the source adds a little, so that it is never zero).
+// (to which Innovate adds 2 % of R and (0.1 mm)^2, so that it is never zero).
 // The likelihood of a level is the product of its innovations' densities: each
 // frame and axis adds -(ln S + (z - H x)^2 / S) / 2 to the level's log-evidence
 // (Schweppe, IEEE Trans. Information Theory 1965).
@@ -57,8 +57,8 @@ class FilterBank {
 
   // Processes the next frame and adds the log-evidence of each level to
   // `evidence`; adds nothing without a point. Robust: innovations with a mean
-  // over axes of e^2 / S above 3 have a reduced weight, in the likelihood and
-  // in the filter.
+  // over axes of (z - H x)^2 / S above 3 have a reduced weight, in the
+  // likelihood and in the filter.
   void Add(TimeNs time, const std::optional<FramePoint>& point,
            const ErrorCorrelation& correlation, Levels* evidence);
 

@@ -22,8 +22,8 @@ namespace kinegraph {
 //   SolveBones   runs the last stage with bones and PersonProblem::prior
 //   Refine       finds the minimum: one Ceres problem with all factors of the
 //                person, run to convergence
-// With graph.solver = "sweeps" the last step does nothing. With graph.start =
-// "dlt" Ceres also performs the first step, and the second does nothing.
+// With graph.solver = "sweeps" Refine does nothing. With graph.start = "dlt"
+// Ceres also performs SolveJoints, and SolveBones does nothing.
 class PersonSolver {
  public:
   explicit PersonSolver(const GraphOptions& options);

@@ -168,7 +168,7 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
                             detections.frames[k].frame + offsets[v]);
       });
   // Removes the empty frames before and after the common ones. Those between
-  // remain, because frames are evenly spaced.
+  // remain, so that frames stay evenly spaced (SetUp::detections).
   auto& frames = moved.frames;
   frames.erase(frames.begin(),
                std::find_if(frames.begin(), frames.end(), HasDetections));
@@ -495,7 +495,8 @@ const std::vector<Hypothesis>& Hypotheses() {
       {"another room", Stage::kWorld, AskForAnotherRoom},
       {"unit", Stage::kWorld, AskForUnit},
       {"a camera that was moved", Stage::kWorld, AskForBreak},
-      {"views of strangers", Stage::kStrangers, AskForStrangers},
+      {"views that are hardly ever matched", Stage::kStrangers,
+       AskForStrangers},
       {"lost pictures", Stage::kJumps, AskForJump, kMostJumps},
       {"people too fast", Stage::kMatches, AskForSpeed},
       {"lens", Stage::kMatches, AskForLens},

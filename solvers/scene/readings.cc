@@ -30,7 +30,8 @@ const std::vector<PoseReading>& PoseReadings() {
        }},
       {"the translation is the camera's position in the world",
        [](CameraParameters* camera) { camera->t = -(camera->R * camera->t); }},
-      {"the camera's position in the file is a translation",
+      {"what the file gives as the camera's position is the translation from "
+       "world to camera",
        [](CameraParameters* camera) {
          camera->t = -(camera->R.transpose() * camera->t);
        }},

@@ -309,7 +309,8 @@ class Files(Adapters):
         self.assertIn("would have 15.2 GB", done.stderr)
 
     def test_sleap_names_stored_after_the_numbers_are_found(self):
-        # As in SLEAP's files of more than two seconds.
+        # As in SLEAP's long files: the names lie beyond the first 64 KiB, so a reader that
+        # examines only the head of a file would miss them.
         path = self.folder / "a.h5"
         with h5py.File(path, "w") as file:
             file["tracks"] = np.ones((1, 2, 3, 3000))
@@ -448,7 +449,9 @@ class Interface(Adapters):
             '"skeleton":{"name":"own","joints":["a"],"bones":[]}}\n'
         )
         session = self.folder / "session"
-        (session / "a/b/c/d").mkdir(parents=True)  # deeper than inputs are noted
+        # Deeper than the two levels of folders in which input files are recorded
+        # (NoteInputs).
+        (session / "a/b/c/d").mkdir(parents=True)
         inputs = [session / name for name in ("m.csv", "a/m.csv", "z/m.csv", "a/b/m.csv")]
         for path in inputs:
             path.parent.mkdir(exist_ok=True)

@@ -97,7 +97,7 @@ function seekVideo(video, f) {
 function playAlong(video, f) {
   const node = video.node, next = f + 1;
   const known = next < frameCount && video.at[next] >= 0 && times[next] > times[f];
-  // Seconds of video per second of the page, by the times of their frames.
+  // Seconds of video per second of the recording, from this frame to the next.
   const slope = known ? (video.at[next] - video.at[f]) / (times[next] - times[f]) : 1;
   const behind = video.at[f] + (state.time - times[f]) * slope - node.currentTime;
   video.sought = NaN;

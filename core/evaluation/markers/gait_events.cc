@@ -234,12 +234,13 @@ class Finder {
   const TrackSequence& motion_;
   const Vector3d up_;
   std::vector<double> times_s_;
-  double longest_gap_s_ = 0.0;  // between values, that hides no peak
+  double longest_gap_s_ = 0.0;  // between values; a longer one may hide a peak
   std::vector<Vector3d> pelvis_;
   std::vector<Vector3d> pelvis_faces_;  // horizontal unit vectors, or NaN
 };
 
-// Times at which the load crosses the threshold, and whether upwards.
+// Times at which the load crosses the threshold, and whether upwards; without
+// loads and pauses shorter than kKnockS.
 std::vector<std::pair<double, bool>> Crossings(const ForcePlate& plate) {
   constexpr double kThresholdN = 20.0;
   constexpr double kKnockS = 0.05;

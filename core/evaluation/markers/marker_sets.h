@@ -1,4 +1,5 @@
-// Joints from the markers of a laboratory, or from another program's segments.
+// Joints from the markers of a laboratory, or from the body segments of another
+// program (Theia3D).
 #ifndef KINEGRAPH_CORE_EVALUATION_MARKERS_MARKER_SETS_H_
 #define KINEGRAPH_CORE_EVALUATION_MARKERS_MARKER_SETS_H_
 

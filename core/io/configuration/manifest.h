@@ -15,7 +15,7 @@
 //   [[configurations]]
 //   name = "window"
 //   config = "window.toml"
-//   set = "graph.lag=15"              # optional
+//   set = "graph.lag_s=0.6"           # optional
 //   mode = "graph"                    # optional
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_MANIFEST_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_MANIFEST_H_

@@ -243,8 +243,9 @@ TrackSequence TracksOf(const C3dFile& file, const TrackReadOptions& options) {
   const Contents contents = ContentsOf(file);
   const bool has_points = file.points().width > 0;
   const C3dFrames& frames = has_points ? file.points() : file.segments();
-  // A segment's origin keeps the segment's name, since the origin of the head,
-  // for example, is not the joint at its top.
+  // The names of segments are not translated into those of joints, as
+  // SkeletonOfNames does: the origin of the head, for example, is not the joint
+  // at its top.
   TrackCollector collector("c3d",
                            has_points || options.skeleton.has_value()
                                ? SkeletonOfNames(contents.joints, options)
@@ -350,9 +351,9 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
         PlateNumber(values, "CHANNEL", row_length * plate + c);
     if (!(channel >= 1.0 && channel <= static_cast<double>(analog.channels))) {
       Refuse(
-          "FORCE_PLATFORM:CHANNEL: plate {}: channel {} is none of the {} "
-          "analog channels",
-          plate + 1, c + 1, analog.channels);
+          "FORCE_PLATFORM:CHANNEL: plate {}: entry {} is {:g}, expected an "
+          "analog channel from 1 to {}",
+          plate + 1, c + 1, channel, analog.channels);
     }
     if (weights[c] == 0.0) continue;
     channels.emplace_back(file.Channel(static_cast<size_t>(channel) - 1),

@@ -13,7 +13,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kMostFrames = 1e9;
+constexpr double kMostC3dFrames = 1e9;
 constexpr int64_t kFull = 65535;   // maximum of a word (-1 if it is signed)
 constexpr int64_t kWords = 65536;  // number of values of a word
 
@@ -184,7 +184,7 @@ class C3dRange {
     for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
       const double frames = values_.NumberOrZero(name);
       // A float may also be -1.
-      if (frames > 0.0 && frames <= kMostFrames && frames != kFull) {
+      if (frames > 0.0 && frames <= kMostC3dFrames && frames != kFull) {
         state(name, std::llround(frames), std::string(name) == "POINT:FRAMES");
       }
     }
@@ -290,7 +290,8 @@ class C3dRange {
   int64_t FrameNumber(const std::string& name) const {
     const double low = values_.NumberOrZero(name);
     const double high = values_.NumberOrZero(name, 1);
-    if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 && high < kWords)) {
+    if (!(low >= 0.0 && low <= kMostC3dFrames && high >= 0.0 &&
+          high < kWords)) {
       throw InputError(name + ": expected the number of a frame");
     }
     return static_cast<int64_t>(low) + kWords * static_cast<int64_t>(high);

@@ -260,9 +260,9 @@ def frame_rate_of(times):
 
 
 def times_of_frames(times, cameras, syncs, rate):
-    """By frame its time and the times of its views [ns]. The cameras are not synchronised:
-    each image has its own time. Times are shifted so that the first frame with times, of
-    index s, is at s / rate, or at 0 without a rate."""
+    """By frame its time and the times of its views [ns]. The images of one index are only
+    nearly simultaneous: each has its own time. Times are shifted so that the first frame
+    with times, of index s, is at s / rate, or at 0 without a rate."""
     by_frame = {}
     for (sync, camera), time in sorted(times.items()):
         if camera in cameras and sync in syncs:
@@ -297,7 +297,8 @@ def read(path, options):
     cameras = sorted({camera for _, camera in people})
     names = {camera: f"cam_{camera}" for camera in cameras}
     rate = options.frame_rate or frame_rate_of(times)
-    # Omits frames in which no point is one of the joints, unless frames have times.
+    # Omits frames in which no point is one of the joints. Unless options.frame_rate is
+    # given, frames with times and points of any kind are kept.
     syncs = sorted(
         {
             sync

@@ -153,10 +153,12 @@ TEST(Compare, NoSmoothingEqualsTheBaseline) {
 TEST(Compare, MeasuresALagOfACausalFilterAndNoneOfTheBatch) {
   CompareResult result =
       Compare(MakeNoisyRecording("0.5"), "batch,kalman_cv,one_euro");
-  // A hundredth of the process noise. The filter assumes detections of 6 px at
-  // 4 m, points of about 15 mm, so that its crossover w_c = (q / (R h))^(1/4)
-  // lies at 5 (hips) to 9 rad/s (ankles). Its gain (g s + w_c^2) / (s^2 + g s +
-  // w_c^2), g = sqrt(2) w_c, delays gait's 2 pi rad/s by 50 ms or more.
+  // A hundredth of the filter's process noise, so that q is 0.005 (hips) to
+  // 0.05 m^2/s^3 (ankles). The filter assumes detections of 6 px at 4 m, points
+  // of about R = (15 mm)^2 every h = 0.04 s, so that its crossover w_c = (q /
+  // (R h))^(1/4) lies at 5 (hips) to 9 rad/s (ankles). Its gain (g s + w_c^2) /
+  // (s^2 + g s + w_c^2), g = sqrt(2) w_c, delays gait's 2 pi rad/s by 50 ms or
+  // more.
   result.strategies[1].values = {{0.01}};
   result.strategies[2].values = {{0.5, 0.0}};  // a slow low-pass: 0.3 s
   Score(&result);

@@ -34,7 +34,7 @@ TEST(ParityTest, JointsAreCountedByDistance) {
   EXPECT_EQ(result.worst.id, TrackId(9));
 }
 
-TEST(ParityTest, MissingJointsAndPeopleCount) {
+TEST(ParityTest, JointsAndPeopleOfOneResultOnlyEnterTheTotal) {
   TrackSequence tracks = Standing("0@0 | | 0@0");
   tracks.frames.erase(tracks.frames.begin() + 1);
   tracks.frames[0].people[0].joints[0] = Joint3d{};

@@ -33,7 +33,8 @@ TEST(BoneModelTest, DistinguishesOneBodyFromTwo) {
   EXPECT_DOUBLE_EQ(model.LogRatio(samples[0], samples[2]),
                    model.LogRatio(samples[2], samples[0]));
   EXPECT_LT(model.MeanDifference(samples[0], samples[1]), 0.005);
-  // The bones are 0.22 to 0.51 m long, on average 0.37 m, and 12 % longer.
+  // The bones are 0.22 to 0.51 m long, on average 0.37 m; those of the third
+  // track are 12 % (0.044 m) longer.
   EXPECT_NEAR(model.MeanDifference(samples[0], samples[2]), 0.04, 0.015);
 }
 
@@ -88,9 +89,11 @@ double RatioOfShortPiece(double sigma_m) {
 
 TEST(BoneModelTest, ShortPieceIsAsUncertainAsStated) {
   // A length of 0.5 m is off by 20 mm. With joints accurate to 5 mm, one second
-  // determines it to 5 mm * sqrt(2) * sqrt(0.35 / 1) = 4 mm; with the floors of
-  // both tracks, 7 mm, the difference is 2.5 sigmas. With joints accurate to 20
-  // mm it is determined to 17 mm: 1.1 sigmas.
+  // would determine it to 5 mm * sqrt(2) * sqrt(0.35 / 1) = 4 mm, but no better
+  // than 1 %, 5 mm, is assumed; the long track determines it to 2 mm. The
+  // floors of the two tracks, 5 mm each, add 7 mm: 20 mm is 2.3 sigmas. With
+  // joints accurate to 20 mm the tracks determine it to 17 mm and 6 mm: 1.0
+  // sigma.
   const double sure = RatioOfShortPiece(0.005);
   const double unsure = RatioOfShortPiece(0.02);
   EXPECT_LT(sure, -3.0);
@@ -227,7 +230,7 @@ TEST(MotionStateTest, ReadsPositionAndVelocityAtBothEnds) {
   const MotionState end = StateAtEnd(walk);
   EXPECT_EQ(begin.time, 0);
   EXPECT_EQ(end.time, FrameClock(25.0).TimeOf(99));
-  // The velocity of a short line is shrunk towards zero, here by 0.07.
+  // The velocity of a short line is shrunk towards zero, here by 7 %.
   EXPECT_NEAR(begin.velocity_mps.x(), 1.0, 0.15);
   EXPECT_NEAR(end.velocity_mps.y(), -0.5, 0.08);
   EXPECT_NEAR(begin.position_m.x(), 1.0, 0.03);

@@ -89,7 +89,8 @@ TEST_F(InitialisationTest, SingleViewsAndUncertainDetectionsStartNobody) {
 }
 
 TEST_F(InitialisationTest, EpipolarContradictionIsNotJoined) {
-  // Only two views, which contradict each other: E < 0.
+  // Only two views, which contradict each other: their affinity (E in the
+  // paper, section 3.3) is negative.
   const auto unmatched = See({ann_}, 2);
   for (Eigen::Vector2d& px : seen_[1].ideal_px) px.y() -= 200.0;
   InitialisationOptions options;
@@ -130,7 +131,7 @@ class WeightedDistanceTest : public InitialisationTest {
                                         a.joints[j].confidence, b.view_idx,
                                         b.ideal_px[j], b.joints[j].confidence);
     }
-    return sum / 17.0 / 60.0;
+    return sum / 17.0 / 60.0;  // the mean over 17 joints, over alpha_group_px
   }
 
   const GroupingRule rule_{AuthorsCode(), epipolar_,
@@ -159,8 +160,8 @@ TEST_F(WeightedDistanceTest, VetoAppliesOnlyToConfidentDetections) {
 }
 
 TEST_F(WeightedDistanceTest, VetoSeparatesAnAssignedPair) {
-  // View 0 sees Ann; view 1 sees one person 400 px off. The assignment must
-  // choose the pair, which only the veto separates.
+  // View 0 sees Ann; view 1 sees one person 400 px off. The assignment has no
+  // other choice than to pair these two; only the veto separates them.
   const auto unmatched = See({ann_}, 2);
   for (Eigen::Vector2d& px : seen_[1].ideal_px) px.y() += 400.0;
   InitialisationOptions options = AuthorsCode();

@@ -101,6 +101,8 @@ TEST(Body, FeetReachTargetsAndLegsKeepLength) {
     EXPECT_NEAR((hip - knee).norm(), shape.thigh, 1e-12);
     EXPECT_NEAR((knee - ankle).norm(), shape.shank, 1e-12);
     const Vector3d wanted = posture.feet[kLeft].ankle_m;
+    // Up to 0.964 of the leg's length targets are reached; beyond, the distance
+    // is limited smoothly (ReachableDistance in body.cc).
     if ((wanted - hip).norm() < 0.96 * shape.leg()) {
       EXPECT_LT((ankle - wanted).norm(), 1e-12);
     } else {

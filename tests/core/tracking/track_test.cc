@@ -71,7 +71,7 @@ TrackLifeOptions InSeconds(double frame_rate_hz) {
 }
 
 TEST(TrackLifeTest, RareDetectorFramesConfirmByRepresentedTime) {
-  TrackLife life = Born(InSeconds(120.0));  // 11 hits in a row
+  TrackLife life = Born(InSeconds(120.0));  // confirm_hits is 11
   life.Step(6 * kFrame, true, true, 6.0);
   EXPECT_EQ(life.state(), TrackState::kTentative);
   life.Step(12 * kFrame, true, true, 6.0);
@@ -101,12 +101,14 @@ TEST(LifeInFramesTest, SecondsScaleWithTheRateAndPaperModeCountsFrames) {
   for (const Case& one :
        {Case{LifeInFrames({}, 120.0), 3, 10.0, 0.0},  // paper mode
         {InSeconds(25.0), 3, 10.0, 10.0},             // as in the paper
-        {InSeconds(120.0), 11, 48.0, 48.0},           // 0.08 s are 9.6 frames
-        // Below 12.5 Hz ages and gaps grow, up to five times.
+        // confirm_s, 0.08 s, is 9.6 frames: 10 hits after the birth.
+        {InSeconds(120.0), 11, 48.0, 48.0},
+        // Below 12.5 Hz ages and gaps are longer than 0.4 s: 5 frames down to
+        // 2.5 Hz, 2 s below that.
         {InSeconds(10.0), 2, 5.0, 5.0},
         {InSeconds(2.0), 2, 4.0, 4.0},
-        // A track cannot miss a frame: a false positive cannot be recognised by
-        // its age.
+        // The first missed frame deletes a track, so its birth already confirms
+        // it.
         {InSeconds(0.5), 1, 1.0, 1.0}}) {
     EXPECT_EQ(one.life.confirm_hits, one.confirm_hits);
     EXPECT_DOUBLE_EQ(one.life.max_age_frames, one.max_age_frames);
@@ -188,7 +190,7 @@ Entries Remembered(int depth, const std::vector<Sighting>& stored) {
   return entries;
 }
 
-TEST(ViewMemoryTest, ViewsKeepTheOrderAndNewestPosesComeFirst) {
+TEST(ViewMemoryTest, ViewsStayInOrderOfFirstStoreEachWithItsNewestPoseFirst) {
   EXPECT_EQ(Remembered(1, {{2, 0}, {0, 0}, {1, 1}, {2, 9}}),
             (Entries{{3, 2, 9}, {1, 0, 0}, {2, 1, 1}}));
   EXPECT_EQ(Remembered(2, {{1, 0}, {0, 0}, {1, 1}, {1, 2}, {0, 2}}),

@@ -192,7 +192,7 @@ TEST_F(ChainSolverTest, StartsBehindACameraAreGated) {
   GateMeasurements(&chain);
   int gated = 0;
   for (const PixelMeasurement& m : chain.measurements) gated += m.gated;
-  // Camera 0 has no image of the joint in any of the ten frames.
+  // The joint cannot be projected into camera 0 in any of the ten frames.
   EXPECT_GE(gated, 10);
   ChainSolver solver;
   const SolveReport report =

@@ -125,8 +125,8 @@ TEST_F(ViewBiasTest, EstimatesTheSimulatedBias) {
   EXPECT_NEAR(learnt.azimuth_deg, 360.0, 1e-9);
   // 3000 observations with errors of 8 mm and features with a mean square of
   // 0.5 determine a coefficient to 0.2 mm; the ridge and the part of the bias
-  // that the joint's position absorbs (three of ten numbers) make it too small
-  // by 1 mm. The tolerance is twice that.
+  // that the joint's position absorbs (three of the ten pixel coordinates of
+  // five views) make it too small by 1 mm. The tolerance is twice that.
   for (size_t i = 0; i < kViewFeatureCount; ++i) {
     if (i >= 7) continue;  // undetermined, as all cameras have the same height
     EXPECT_NEAR(hip.across_m[i], recording.bias.across_m[i], 2e-3) << i;
@@ -255,8 +255,9 @@ TEST_F(ViewBiasTest, ImageShiftsAppearAsBiasUnlessRemoved) {
   shifted.seeing_cameras = 2;
   EXPECT_FALSE(Learn(shifted, true).joints[entry_].used);
   shifted.seeing_cameras = 5;
-  // If the body is seen from all sides, a bias has zero mean, apart from
-  // differences in distance.
+  // Removing shifts removes each camera's mean residual. If the body is seen
+  // from all sides, that of the bias is zero, apart from differences in
+  // distance, so the bias remains.
   shifted.turns = 6.0;
   const ViewBias turning = Learn(shifted, true);
   EXPECT_NEAR(turning.joints[entry_].across_m[3], 0.02, 1e-3);
@@ -299,8 +300,9 @@ TEST_F(ViewBiasTest, BiasOfOnePassIsUsedInTheNext) {
   const ViewBias::OfJoint& learnt = notes.view_bias()->joints[entry_];
   EXPECT_EQ(learnt.observations, 800);
   EXPECT_TRUE(learnt.used);
-  // 200 observations of 2 cm on average with a ridge of ten; the position
-  // absorbs three of the eight numbers of four views.
+  // 800 observations, which count as 200 independent ones (BiasSums), of 2 cm
+  // on average, with a ridge of ten; the position absorbs three of the eight
+  // pixel coordinates of four views.
   EXPECT_NEAR(learnt.across_m[0], 0.02 * 200.0 / 210.0 * 8.0 / 5.0, 1e-12);
   EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // already added
 }

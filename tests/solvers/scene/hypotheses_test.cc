@@ -271,7 +271,7 @@ TEST(Hypotheses, ViewsWithHardlyAnyMatchesAreExcluded) {
   kinegraph::SetUp set_up(input, options);
   set_up.segments.matched = {90, 21, 19};
   set_up.segments.matchable = {100, 100, 100};
-  const Answer answer = AnswerOf("views of strangers", set_up);
+  const Answer answer = AnswerOf("views that are hardly ever matched", set_up);
   EXPECT_THAT(answer.strangers, ElementsAre(2));
   ASSERT_EQ(answer.findings.size(), 1u);
   EXPECT_EQ(answer.findings[0].camera, "cam2");

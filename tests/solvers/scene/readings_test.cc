@@ -41,7 +41,8 @@ TEST(Readings, PoseConventionsAreIdentified) {
        [=](const Camera& c) { return pose(c, c.R().transpose(), c.centre()); }},
       {"the translation is the camera's position in the world",
        [=](const Camera& c) { return pose(c, c.R(), c.centre()); }},
-      {"the camera's position in the file is a translation",
+      {"what the file gives as the camera's position is the translation from "
+       "world to camera",
        [=](const Camera& c) { return pose(c, c.R(), -(c.R() * c.t())); }},
       {"the rotation is transposed",
        [=](const Camera& c) { return pose(c, c.R().transpose(), c.t()); }},

@@ -71,7 +71,7 @@ TEST_F(SideFilesTest, FolderFingerprintDependsOnNamesAndBytes) {
   EXPECT_NE(of("person_0.trc", "y"), one);
 }
 
-TEST_F(SideFilesTest, FolderThatCannotBeReadHasNoFingerprint) {
+TEST_F(SideFilesTest, IgnoresLinksToNothingAndThrowsForLinkLoops) {
   const fs::path folder = folder_.path() / "people";
   fs::create_directory(folder);
   const std::string empty = FingerprintOfTracks(folder.string());
@@ -81,7 +81,7 @@ TEST_F(SideFilesTest, FolderThatCannotBeReadHasNoFingerprint) {
   EXPECT_THROW(FingerprintOfTracks(folder.string()), InputError);
 }
 
-TEST_F(SideFilesTest, FolderThatCannotBeListedHasNoFingerprint) {
+TEST_F(SideFilesTest, ThrowsForAFolderThatCannotBeListed) {
   if (geteuid() == 0) GTEST_SKIP() << "root may list anything";
   const fs::path folder = folder_.path() / "people";
   fs::create_directory(folder);

@@ -647,6 +647,24 @@ TEST_F(TracksC3d, LoadsOfForcePlatesOfEveryType) {
   }
 }
 
+TEST_F(TracksC3d, NamesTheNumberOfAnAnalogChannelThatDoesNotExist) {
+  for (const int number : {0, 7, 99}) {
+    C3dMaker maker;
+    maker.Header(1, 1, 2).Analog(6, 1).Labels({"nose"});
+    maker.Words("FORCE_PLATFORM:USED", {1})
+        .Words("FORCE_PLATFORM:TYPE", {1})
+        .Words("FORCE_PLATFORM:CHANNEL", {1, 2, number, 4, 5, 6}, {6, 1});
+    for (int frame = 0; frame < 2; ++frame) {
+      maker.Point(10.0, 20.0, 30.0);
+      for (int c = 1; c <= 6; ++c) maker.Value(c);
+    }
+    const std::string path = Put(maker.Make());
+    EXPECT_THAT(InputErrorOf([&] { ReadForcePlates(path); }),
+                HasSubstr("plate 1: entry 3 is " + std::to_string(number) +
+                          ", expected an analog channel from 1 to 6"));
+  }
+}
+
 // A sample of 32777 less an offset of 32767, times 3 and 0.5. Signed, 32777 is
 // -32759; loads are made positive.
 TEST_F(TracksC3d, AnalogSamplesHaveFormatOffsetAndScales) {
