@@ -329,6 +329,11 @@ RunRequest RequestOf(const std::vector<Camera>& cameras,
       throw InputError("frames: found (" + std::to_string(begin) + ", " +
                        std::to_string(end) + "), expected begin < end");
     }
+    if (!request.frames.empty() && begin < request.frames.back().end) {
+      throw InputError("frames: found (" + std::to_string(begin) + ", " +
+                       std::to_string(end) +
+                       "), expected it to begin after the previous range");
+    }
     request.frames.push_back({begin, end});
   }
   return request;

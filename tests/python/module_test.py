@@ -466,6 +466,8 @@ class Module(unittest.TestCase):
             kg.Detections([[np.zeros((1, 5, 3))]], "coco17", ["cam0"], 25.0)
         with self.assertRaisesRegex(ValueError, "begin < end"):
             kg.track(self.cameras, self.detections, frames=[(5, 5)])
+        with self.assertRaisesRegex(kg.InputError, "after the previous range"):
+            kg.track(self.cameras, self.detections, frames=[(50, 60), (0, 9)])
 
     def test_other_threads_run_and_progress_is_reported(self):
         ticks = []
