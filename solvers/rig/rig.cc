@@ -821,6 +821,7 @@ class RigEstimate {
     const FitError error = MeasureFit(
         cameras_, segments_, NoChanges(cameras_.size()), Options(0).segments);
     const std::vector<std::string> breaks = Breaks();
+    const std::vector<char> alike = PlacedOnlyBy(&PairFit::is_pose_undecided);
     Eigen::Index at = 0;
     size_t sure = 0;
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -851,7 +852,10 @@ class RigEstimate {
           !HasOddDrift(v) && agreements[v] >= kLeastAgreement &&
           agreements[v] >= kLeastOfUsual * usual;
       view.left_out = !breaks[v].empty() ? breaks[v]
-                      : is_sure          ? ""
+                      : alike[result_.used[v]] != 0
+                          ? "people move so much alike that another pose, with "
+                            "people exchanged, fits nearly as well"
+                      : is_sure ? ""
                                 : WhyUnsure(rotation_deg, centre_m, tell, v,
                                             agreements[v], usual);
       sure += view.left_out.empty() ? 1 : 0;
@@ -860,32 +864,55 @@ class RigEstimate {
     Verdict(sure);
   }
 
-  // Views placed only by pairs for which another lag or pose fits nearly as
-  // well.
-  std::vector<std::string> UndecidedViews() const {
+  // Whether each view of the recording is placed only by pairs that
+  // `is_undecided`: the other pairs that agree with the rig do not connect it
+  // with more than half of the views. False for views without any pair that
+  // agrees.
+  std::vector<char> PlacedOnlyBy(bool (PairFit::*is_undecided)() const) const {
     constexpr double kSameS = 0.25;  // as in PairFit::rival
+    constexpr double kSameRad = 20.0 / kDegPerRad;
     const double most = kSameS * recording_.header.frame_rate_hz;
-    std::vector<int> lag_of(intrinsics_.size(), 0);
-    std::vector<char> joined(intrinsics_.size(), 0);
-    for (size_t v = 0; v < result_.used.size(); ++v) {
-      lag_of[result_.used[v]] = lags_[v];
-      joined[result_.used[v]] = 1;
-    }
-    std::vector<char> decided(intrinsics_.size(), 0);
-    std::vector<char> placed(intrinsics_.size(), 0);
+    const size_t count = cameras_.size();
+    std::vector<size_t> group(count);
+    std::iota(group.begin(), group.end(), size_t{0});
+    std::vector<char> placed(count, 0);
     for (const PairFit& pair : start_.pairs) {
-      if (joined[pair.a] == 0 || joined[pair.b] == 0 ||
-          std::abs(lag_of[pair.b] - lag_of[pair.a] - pair.lag) > most) {
+      const auto at = [&](int view) {
+        return static_cast<size_t>(
+            std::find(result_.used.begin(), result_.used.end(), view) -
+            result_.used.begin());
+      };
+      const size_t a = at(pair.a);
+      const size_t b = at(pair.b);
+      if (a == count || b == count ||
+          std::abs(lags_[b] - lags_[a] - pair.lag) > most ||
+          Eigen::AngleAxisd(pair.pose.R.transpose() * cameras_[b].R() *
+                            cameras_[a].R().transpose())
+                  .angle() > kSameRad) {
         continue;
       }
-      for (const int v : {pair.a, pair.b}) {
-        placed[v] = 1;
-        if (!pair.is_undecided()) decided[v] = 1;
-      }
+      placed[a] = placed[b] = 1;
+      if ((pair.*is_undecided)()) continue;
+      std::replace(group.begin(), group.end(), size_t{group[b]},
+                   size_t{group[a]});
     }
+    const auto views = std::count(placed.begin(), placed.end(), 1);
+    std::vector<char> undecided(intrinsics_.size(), 0);
+    for (size_t v = 0; v < count; ++v) {
+      const bool is_connected =
+          2 * std::count(group.begin(), group.end(), group[v]) > views;
+      undecided[result_.used[v]] = placed[v] != 0 && !is_connected ? 1 : 0;
+    }
+    return undecided;
+  }
+
+  // Names of the views placed only by pairs for which another lag or pose fits
+  // nearly as well.
+  std::vector<std::string> UndecidedViews() const {
+    const std::vector<char> undecided = PlacedOnlyBy(&PairFit::is_undecided);
     std::vector<std::string> views;
     for (const int v : result_.used) {
-      if (placed[v] == 0 || decided[v] != 0) continue;
+      if (undecided[v] == 0) continue;
       views.push_back(Printable(recording_.header.view_names[v]));
     }
     return views;
@@ -1349,34 +1376,39 @@ bool IsRescue(const RigResult& result) {
          result.used.size() >= kFewest;
 }
 
-// Estimates with left and right as detected.
+// The joined views that are accurate; if the result is refused, all but the one
+// that agrees least with the others, which may spoil them.
+std::vector<int> ViewsToKeep(const RigResult& result) {
+  std::vector<int> kept = result.used;
+  if (result.verdict != RigVerdict::kRefused) {
+    kept.erase(std::remove_if(
+                   kept.begin(), kept.end(),
+                   [&](int v) { return !result.views[v].left_out.empty(); }),
+               kept.end());
+  } else if (kept.size() > 2) {
+    kept.erase(std::min_element(kept.begin(), kept.end(), [&](int x, int y) {
+      return result.views[x].agreement < result.views[y].agreement;
+    }));
+  }
+  return kept;
+}
+
+// Estimates with left and right as detected, without the views that are not
+// accurate.
 RigResult EstimateAsShown(const RigInput& input, int attempt) {
   RigResult result = RigEstimate(input, attempt).Run();
-  std::vector<int> sure;
-  int worst = -1;  // the joined view of least agreement
-  for (size_t v = 0; v < result.views.size(); ++v) {
-    const RigView& view = result.views[v];
-    if (!view.joined) continue;
-    if (view.left_out.empty()) sure.push_back(static_cast<int>(v));
-    if (worst < 0 || view.agreement < result.views[worst].agreement) {
-      worst = static_cast<int>(v);
-    }
+  bool is_part = false;
+  for (std::vector<int> kept = ViewsToKeep(result);
+       kept.size() >= 2 && kept.size() < result.used.size();
+       kept = ViewsToKeep(result)) {
+    RigResult again =
+        OfWhole(RigEstimate(PartOf(input, kept), attempt).Run(), kept, result);
+    if (result.verdict == RigVerdict::kRefused && !IsRescue(again)) break;
+    result = std::move(again);
+    is_part = true;
   }
-  // Views that may spoil the others are dropped; if the result was refused,
-  // only the worst view.
-  std::vector<int> kept = sure;
-  if (result.verdict == RigVerdict::kRefused && result.used.size() > 2) {
-    kept = result.used;
-    kept.erase(std::remove(kept.begin(), kept.end(), worst), kept.end());
-  }
-  if (kept.size() < 2 || kept.size() == result.used.size()) return result;
-  RigResult again =
-      OfWhole(RigEstimate(PartOf(input, kept), attempt).Run(), kept, result);
-  if (result.verdict == RigVerdict::kRefused && !IsRescue(again)) {
-    return result;
-  }
-  DescribeLeftOut(input.detections.header, &again);
-  return again;
+  if (is_part) DescribeLeftOut(input.detections.header, &result);
+  return result;
 }
 
 double SumOfAgreements(const RigResult& result) {

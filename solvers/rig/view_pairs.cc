@@ -9,10 +9,11 @@
 namespace kinegraph {
 namespace {
 
-constexpr size_t kMostTracklets = 16;  // longest tracklets of a view searched
-constexpr int kLagsTried = 6;          // in addition to lag 0
-// Because steps repeat, lags at which the motions are nearly as similar as at
-// the best lag are tried too, up to twenty.
+// Only this many of each view's tracklets, the longest, are searched.
+constexpr size_t kMostTracklets = 16;
+constexpr int kLagsTried = 6;  // in addition to lag 0
+// Because the motion of walking repeats with every stride, lags at which the
+// motions are nearly as similar as at the best lag are tried too, up to twenty.
 constexpr double kNearlyAlike = 0.75;
 constexpr int kMostLagsTried = 20;
 constexpr int kDraws = 160;  // random samples per lag
@@ -20,6 +21,9 @@ constexpr int kDraws = 160;  // random samples per lag
 // field of view a dozen noisy points determine the pose too poorly even if the
 // matches are right.
 constexpr int kLarge = 3;
+// Size of a sample from one match, and from each of two.
+constexpr int kOfOne = 12;
+constexpr int kOfTwo = 8;
 constexpr int kRefined = 3;  // number of best poses refined per lag
 // Sampson distances from which joints gain nothing, in units of the person's
 // size (about 1.8 m): 0.1 m during the search, half of that at the end.
@@ -120,6 +124,14 @@ struct Explanation {
   double score = 0.0;           // [s]
 };
 
+// Whether two matches exclude each other: one tracklet may match several of the
+// other view only if these do not overlap in time.
+bool Exclude(const std::vector<ViewTracklet>& tracklets, const Candidate& one,
+             const Candidate& other) {
+  return (one.a == other.a && Overlap(tracklets[one.b], tracklets[other.b])) ||
+         (one.b == other.b && Overlap(tracklets[one.a], tracklets[other.a]));
+}
+
 // Matches greedily; a tracklet has at most one partner at any time.
 Explanation Explain(const std::vector<ViewTracklet>& tracklets,
                     const std::vector<Candidate>& candidates,
@@ -139,15 +151,7 @@ Explanation Explain(const std::vector<ViewTracklet>& tracklets,
   for (const auto& [worth, i] : order) {
     const bool taken = std::any_of(
         result.matched.begin(), result.matched.end(), [&, i = i](size_t m) {
-          const auto clash = [&](int x, int y) {
-            return Overlap(tracklets[x], tracklets[y]);
-          };
-          const Candidate& one = candidates[i];
-          const Candidate& other = candidates[m];
-          // One tracklet may match several of the other view if these do not
-          // overlap in time.
-          return (one.a == other.a && clash(one.b, other.b)) ||
-                 (one.b == other.b && clash(one.a, other.a));
+          return Exclude(tracklets, candidates[i], candidates[m]);
         });
     if (taken) continue;
     result.matched.push_back(i);
@@ -180,14 +184,17 @@ class PairSearch {
     // A person who walks in circles at a constant speed looks, some strides
     // later, like a person seen from another direction. Many wrong lags then
     // explain one person equally well, and at the right lag, which explains all
-    // people, the motions may be less similar than at the wrong ones, so all
-    // lags are searched.
+    // people, the motions may be less similar than at the wrong ones. If the
+    // best explanation has a rival, the other local maxima are searched too.
     pair.evidence = BestOf(found).score;
     pair.rival = RivalTo(BestOf(found), found);
     if (pair.is_undecided()) TryLags(lags.others, &found);
     if (found.empty()) return pair;
     Explanation best = WithExactLag(BestOf(found));
-    pair.rival = RivalTo(best, found);
+    Explanation exchanged = Exchanged(best);
+    if (exchanged.score > best.score) std::swap(best, exchanged);
+    pair.rival_pose = exchanged.score;
+    pair.rival = std::max(RivalTo(best, found), pair.rival_pose);
     pair.lag = best.lag;
     pair.pose = best.pose;
     pair.evidence = best.score;
@@ -315,27 +322,31 @@ class PairSearch {
     return std::exp(options_.focal_sigma * random_.Uniform(-1.7, 1.7));
   }
 
-  // `times`: multiple of the smaller sample size.
+  // Adds `count` random points of a match.
+  void Add(const Candidate& candidate, int count,
+           std::vector<PointPair>* sample) {
+    for (int i = 0; i < count; ++i) {
+      sample->push_back(candidate.fitted[random_.Index(
+          static_cast<int64_t>(candidate.fitted.size()))]);
+    }
+  }
+
+  // The sample has kOfOne `times` points of one match or kOfTwo `times` of each
+  // of two.
   std::vector<PointPair> Sample(const std::vector<Candidate>& candidates,
                                 const std::vector<double>& sums, int times) {
-    const int of_one = 12 * times;
-    const int of_two = 8 * times;
+    const int of_one = kOfOne * times;
+    const int of_two = kOfTwo * times;
     std::vector<PointPair> sample;
-    const auto add = [&](const Candidate& candidate, int count) {
-      for (int i = 0; i < count; ++i) {
-        sample.push_back(candidate.fitted[random_.Index(
-            static_cast<int64_t>(candidate.fitted.size()))]);
-      }
-    };
     const size_t first = std::min(Draw(sums), candidates.size() - 1);
     const bool two = random_.Chance(0.5);
-    add(candidates[first], two ? of_two : of_one);
+    Add(candidates[first], two ? of_two : of_one, &sample);
     if (!two) return sample;
     const size_t second = std::min(Draw(sums), candidates.size() - 1);
     // A tracklet in both matches needs the same partner in both.
     const bool fits = (candidates[first].a == candidates[second].a) ==
                       (candidates[first].b == candidates[second].b);
-    add(candidates[fits ? second : first], of_two);
+    Add(candidates[fits ? second : first], of_two, &sample);
     return sample;
   }
 
@@ -400,6 +411,54 @@ class PairSearch {
       if (one.score > best.score) best = std::move(one);
     }
     return best;
+  }
+
+  // The best explanation with another pose in which the longest match of `best`
+  // (from WithExactLag) is replaced: people who move alike, as two who dance
+  // face to face, can be exchanged. TryLag finds one of such explanations,
+  // rarely both.
+  Explanation Exchanged(const Explanation& best) {
+    constexpr int kExchangeDraws = 240;
+    constexpr double kLeastShare = 0.2;  // of the time of the longest match
+    const auto candidates = CandidatesAt(best.lag, kExactFrames);
+    Explanation rival;
+    if (best.matched.empty()) return rival;
+    const Candidate& longest = candidates[*std::max_element(
+        best.matched.begin(), best.matched.end(), [&](size_t x, size_t y) {
+          return candidates[x].seconds < candidates[y].seconds;
+        })];
+    for (const Candidate& first : candidates) {
+      if (first.a != longest.a || first.b == longest.b ||
+          first.seconds < kLeastShare * longest.seconds ||
+          !Exclude(tracklets_, longest, first)) {
+        continue;
+      }
+      std::vector<const Candidate*> others;
+      for (const Candidate& other : candidates) {
+        if (!Exclude(tracklets_, first, other)) others.push_back(&other);
+      }
+      Explanation found;
+      for (int draw = 0; draw < kExchangeDraws; ++draw) {
+        std::vector<PointPair> sample;
+        const bool is_one = others.empty() || draw % 2 == 0;
+        Add(first, kLarge * (is_one ? kOfOne : kOfTwo), &sample);
+        if (!is_one) {
+          Add(*others[random_.Index(static_cast<int64_t>(others.size()))],
+              kLarge * kOfTwo, &sample);
+        }
+        const auto pose = EightPoint(sample, DrawMagnification());
+        if (!pose.has_value()) continue;
+        Explanation one =
+            Explain(tracklets_, candidates, *pose, best.lag, kWide, kFewPairs);
+        if (one.score > found.score) found = std::move(one);
+      }
+      if (found.matched.empty()) continue;
+      found = Refine(candidates, found, 3);
+      if (found.score > rival.score && IsOther(best, found)) {
+        rival = std::move(found);
+      }
+    }
+    return rival;
   }
 
   bool IsOther(const Explanation& best, const Explanation& other) const {

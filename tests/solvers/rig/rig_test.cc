@@ -529,6 +529,34 @@ TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
 
 // A detector that runs on every second frame. The two results differ only by
 // rounding.
+// The second person does the same as the first, rotated by half a turn, so that
+// each camera may as well stand at the opposite side.
+TEST(Rig, PeopleWhoCanBeExchangedAreReported) {
+  Scene scene = Walkers(16.0, 3, 1);
+  NoiseOptions noise = Noise();
+  DetectionSequence recording = Observe(scene, noise, nullptr);
+  Scene turned = scene;
+  turned.cameras = Edited(scene.cameras, [](CameraParameters* camera) {
+    camera->R *= Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()).matrix();
+  });
+  noise.seed = 2;
+  const DetectionSequence second = Observe(turned, noise, nullptr);
+  for (size_t k = 0; k < recording.frames.size(); ++k) {
+    for (size_t v = 0; v < scene.cameras.size(); ++v) {
+      auto& detections = recording.frames[k].views[v].detections;
+      for (Detection other : second.frames[k].views[v].detections) {
+        other.index_in_file = static_cast<int>(detections.size());
+        detections.push_back(std::move(other));
+      }
+    }
+  }
+  const RecordingCalibration found = Calibrated(scene, recording);
+  EXPECT_EQ(found.rig.verdict, RigVerdict::kRefused);
+  ASSERT_FALSE(found.rig.reasons.empty());
+  EXPECT_NE(found.rig.reasons[0].find("move so much alike"), std::string::npos)
+      << found.rig.reasons[0];
+}
+
 TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
   const Scene scene = Walkers(20.0);
   NoiseOptions noise = Noise();

@@ -90,6 +90,7 @@ TEST(ViewPairs, RecoversLagPoseAndMatchesOfExactPeople) {
                 1e-4);
     EXPECT_LT(pair.rival, pair.evidence);
     EXPECT_FALSE(pair.is_undecided());
+    EXPECT_FALSE(pair.is_pose_undecided());
   }
 }
 
@@ -210,6 +211,28 @@ TEST(ViewPairs, LeadAndDecisionFollowFromEvidenceAndRival) {
   pair.rival = 8.1;
   EXPECT_TRUE(pair.is_undecided());
   EXPECT_TRUE(PairFit().is_undecided());
+}
+
+// The second person moves like the first, rotated by half a turn: exchanging
+// them in one view gives another pose that fits all points.
+TEST(ViewPairs, PeopleWhoCanBeExchangedLeaveThePoseUndecided) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const Eigen::Matrix3d half_turn =
+      Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()).matrix();
+  std::vector<ViewTracklet> tracklets;
+  for (const int view : {0, 1}) {
+    const Camera turned = Edited(cameras[view], [&](CameraParameters* camera) {
+      camera->R *= half_turn;
+    });
+    for (const Camera& camera : {cameras[view], turned}) {
+      tracklets.push_back(MovingTracklet(camera, view, 0, kPairFrames));
+    }
+  }
+  const PairFit pair = SearchPairOf(tracklets, 0, 1);
+  EXPECT_EQ(pair.lag, 0);
+  EXPECT_NEAR(pair.evidence, EvidenceOf(2, kPairFrames), 1e-4);
+  EXPECT_NEAR(pair.rival_pose, pair.evidence, 1e-4);
+  EXPECT_TRUE(pair.is_pose_undecided());
 }
 
 // ---- Unknown focal lengths ----
