@@ -126,10 +126,11 @@ class ReducedSystem {
   const Eigen::MatrixXd& information() const { return information_; }
   Eigen::VectorXd Gradient() const;  // of the cost
 
-  // To be called after the last Add. Eliminates the detector's offsets and adds
-  // the calibration's priors, multiplied by `samples_at_once` except for clocks
-  // and lenses, and the constraints of `gauge`: its rows times the stacked
-  // changes are zero with standard deviation `gauge_sigma`.
+  // To be called after the last Add, at the minimum. Eliminates the detector's
+  // offsets, whose actual variance it estimates for the scores' covariance, and
+  // adds the calibration's priors, multiplied by `samples_at_once` except for
+  // clocks and lenses, and the constraints of `gauge`: its rows times the
+  // stacked changes are zero with standard deviation `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, double samples_at_once,
                 const Eigen::MatrixXd& gauge, double gauge_sigma);
 
@@ -169,7 +170,8 @@ class ReducedSystem {
   // Gradients of the cost, by block of time.
   std::map<int64_t, Eigen::VectorXd> scores_;
   std::map<std::array<int, 2>, Offsets> offsets_;  // person, joint
-  Eigen::MatrixXd prior_scores_;  // score covariance of the priors
+  // Score covariance of the priors; for offsets with their actual variance.
+  Eigen::MatrixXd prior_scores_;
 };
 
 }  // namespace kinegraph

@@ -36,12 +36,13 @@ namespace {
 constexpr double kStatureM = 1.7;
 // Standard deviation [m], per axis, of a detector's persistent error of one
 // joint of one person in one view, for people 1.7 m tall. For OpenPose's joints
-// the median distance, 1.18 sigma, is 6 to 14 mm.
+// the median distance, 1.18 sigma, is 6 to 14 mm. Only the weights depend on
+// it: the covariance has the recording's own (ReducedSystem::AddPrior).
 constexpr double kLastingOffsetM = 0.007;
 // For people, factor on the fit's variances, which assume independent motion
 // segments with equal noise; accounts for outliers, heavy tails and occluded
 // joints.
-constexpr double kUnmodelled = 3.0;
+constexpr double kUnmodelled = 2.5;
 // Largest sigmas of a calibrated view: in degrees, and as a fraction of the
 // rig's size.
 constexpr double kMostRotationDeg = 0.8;

@@ -238,6 +238,50 @@ TEST(Bundle, PersistentOffsetsHardlyBiasCameras) {
   EXPECT_LT(std::abs(mean), 5.0 * sigma);
 }
 
+// The prior assumes offsets of 7 mm. Standard deviations must follow the actual
+// offsets, with a root mean square of 18 mm or 37 mm per axis.
+TEST(Bundle, StandardDeviationsFollowTheRecordingsOffsets) {
+  constexpr int kSeeds = 8;
+  constexpr Eigen::Index kHeld = 7;  // directions of the gauge
+  BundleOptions options = Quick();
+  options.lasting_offset_m = 0.007;
+  options.segments.max_segments = 500;
+  const FreeParameters free = CameraParametersOf(RefineKind::kPose);
+  std::vector<double> sigmas(2, 0.0);
+  double sum = 0.0;
+  for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    for (const int scale : {1, 2}) {
+      FaultyScene scene = MakeFaultyScene({seed, 4, 4, 8.0});
+      testing::AddLastingOffsets(seed, scale, &scene);
+      const BundleResult result =
+          Adjusted(scene, SegmentsOf(scene, options), free, options);
+      ASSERT_TRUE(result.usable);
+      Eigen::VectorXd error(24);
+      for (Eigen::Index v = 0; v < 4; ++v) {
+        error.segment<6>(6 * v) = result.changes[v].head<6>();
+        sigmas[scale - 1] += result.Sigma(v, kRotationAt);
+      }
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+          result.covariance);
+      for (Eigen::Index i = kHeld; i < error.size(); ++i) {
+        sum += std::pow(solver.eigenvectors().col(i).dot(error), 2) /
+               solver.eigenvalues()[i] /
+               static_cast<double>(2 * kSeeds * (error.size() - kHeld));
+      }
+    }
+  }
+  // Twice the offsets, twice the standard deviations; less by the noise that
+  // does not persist.
+  EXPECT_GT(sigmas[1], 1.5 * sigmas[0]);
+  EXPECT_LT(sigmas[1], 2.0 * sigmas[0]);
+  // The mean square of 272 normalised errors has a standard deviation of 0.09.
+  // The offsets of this scene have no common part, for which the covariance
+  // allows: it may be up to three times as large as needed. The upper limit
+  // allows for the few large offsets of a heavy-tailed distribution.
+  EXPECT_GT(sum, 0.3);
+  EXPECT_LT(sum, 2.0);
+}
+
 // Allocates many small blocks of memory and frees about a third of them in
 // random order, so that the heap reuses them in random order.
 std::vector<std::vector<char>> ShuffledHeap() {
