@@ -165,8 +165,7 @@ CameraChange InverseSigmas(const BundleOptions& options) {
 
 // Factor on the prior's information (BundleOptions::samples_at_once).
 double TimesCounted(int place, double samples_at_once) {
-  const bool is_once = place == kLensAt || place == kLensK2At ||
-                       place == kOffsetAt || place == kDriftAt;
+  const bool is_once = place == kOffsetAt || place == kDriftAt;
   return is_once ? 1.0 : samples_at_once;
 }
 

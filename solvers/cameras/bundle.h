@@ -38,9 +38,9 @@ struct BundleOptions {
   double drift_sigma = 1e-3;
   // Number of correlated samples per independent sample, at least 1. A fit
   // overestimates the recording's information by this factor, so the prior
-  // information of rotations, centres, shifts and focal lengths is multiplied
-  // by it. Covariance() remains correct: in the sandwich the scores of the
-  // prior are scaled accordingly (AddPrior).
+  // information of camera parameters, not of clocks, is multiplied by it.
+  // Covariance() remains correct: in the sandwich the scores of the prior are
+  // scaled accordingly (AddPrior).
   double samples_at_once = 1.0;
   // Standard deviation of a detector's constant offsets [m, per axis
   // perpendicular to the ray]: one offset per person, joint and view is
@@ -129,7 +129,7 @@ class ReducedSystem {
   // To be called after the last Add, at the minimum. Eliminates the detector's
   // offsets, whose actual variance it estimates for the scores' covariance, and
   // adds the calibration's priors, multiplied by `samples_at_once` except for
-  // clocks and lenses, and the constraints of `gauge`: its rows times the
+  // clocks, and the constraints of `gauge`: its rows times the
   // stacked changes are zero with standard deviation `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, double samples_at_once,
                 const Eigen::MatrixXd& gauge, double gauge_sigma);

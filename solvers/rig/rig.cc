@@ -518,6 +518,13 @@ class RigEstimate {
     return options;
   }
 
+  // `options` for the current segments of people, whose detection errors
+  // persist: a second of a joint in a view is one sample, and if priors were
+  // not balanced with that, lenses would absorb these errors.
+  BundleOptions Balanced(const BundleOptions& options) const {
+    return human_ ? WithLastingErrors(options, segments_) : options;
+  }
+
   // Logarithm of the ratio of the given to the current focal length.
   double FocalPrior(size_t v) const {
     const Camera& told = intrinsics_[result_.used[v]];
@@ -565,6 +572,7 @@ class RigEstimate {
     BundleOptions options = Options(max_segments);
     if (max_segments == kFewSegments) options.max_iterations = kRoundIterations;
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
+    options = Balanced(options);
     free_ = FreeParameters();
     free_.rotation = free_.centre = true;
     free_.focal = input_.focal_sigma > 0.0;
@@ -593,6 +601,7 @@ class RigEstimate {
   bool Measure(int max_segments) {
     BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
+    options = Balanced(options);
     options.hold_cameras = true;
     fit_ = AdjustBundle(WithGivenLenses(), segments_, free_, LensChanges(),
                         options);
@@ -759,7 +768,7 @@ class RigEstimate {
     std::vector<double> left_out_px;
   };
   Halves HalvesOf(Halving halving) const {
-    BundleOptions options = Options(1500);
+    BundleOptions options = Balanced(Options(1500));
     options.wants_covariance = false;
     FreeParameters free = free_;
     free.offset = free.drift = false;
@@ -923,7 +932,7 @@ class RigEstimate {
   // differ from the stated values; empty if all agree.
   std::string OtherFocal() const {
     if (!input_.focal_stated || cameras_.size() < 3) return "";
-    BundleOptions options = Options(0);
+    BundleOptions options = Balanced(Options(0));
     options.focal_sigma = kFocalUnknown;
     FreeParameters free = free_;
     free.focal = true;
