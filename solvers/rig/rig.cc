@@ -1216,18 +1216,33 @@ class RigEstimate {
                       "distinguished from rotated cameras: {}",
                       PlacesApart(segments_), Record()));
     } else {
-      std::vector<std::string> views;
-      for (const int v : result_.used) {
-        const std::string& why = result_.views[v].left_out;
-        if (why.empty()) continue;
-        views.push_back(Printable(recording_.header.view_names[v]) + ": " +
-                        why);
-      }
-      result_.reasons.push_back(fmt::format("{}", fmt::join(views, "; ")));
+      result_.reasons.push_back(WhyLeftOut());
       if (result_.verdict == RigVerdict::kRefused) {
         result_.reasons.push_back(fmt::format("to improve: {}", Record()));
       }
     }
+  }
+
+  // The views left out, grouped by cause: "a, b: CAUSE; c: CAUSE".
+  std::string WhyLeftOut() const {
+    std::vector<std::string> causes;
+    std::vector<std::string> views;  // of each cause
+    for (const int v : result_.used) {
+      const std::string& why = result_.views[v].left_out;
+      if (why.empty()) continue;
+      const std::string name = Printable(recording_.header.view_names[v]);
+      const auto known = std::find(causes.begin(), causes.end(), why);
+      if (known == causes.end()) {
+        causes.push_back(why);
+        views.push_back(name);
+      } else {
+        views[static_cast<size_t>(known - causes.begin())] += ", " + name;
+      }
+    }
+    for (size_t i = 0; i < causes.size(); ++i) {
+      views[i] += ": " + causes[i];
+    }
+    return fmt::format("{}", fmt::join(views, "; "));
   }
 
   // Describes why a rig whose views are all accurate is less certain than

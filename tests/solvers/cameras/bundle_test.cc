@@ -238,6 +238,40 @@ TEST(Bundle, PersistentOffsetsHardlyBiasCameras) {
   EXPECT_LT(std::abs(mean), 5.0 * sigma);
 }
 
+// The scene's cameras are the truth: every change of a lens or a rotation is an
+// effect of the detector's offsets.
+TEST(Bundle, PriorsThatCountPersistentErrorsOnceKeepLensesAccurate) {
+  double lens[2] = {0.0, 0.0};  // squares, in units of the priors
+  double rotation[2] = {0.0, 0.0};
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    FaultyScene scene = MakeFaultyScene({seed, 4, 4, 8.0});
+    testing::AddLastingOffsets(seed, 1.0, &scene);
+    BundleOptions options = Quick();
+    options.lasting_offset_m = 0.007;
+    options.shift_sigma_px = 15.0;
+    options.lens_sigma = 0.2;
+    const SceneSegments segments = SegmentsOf(scene, options);
+    FreeParameters free = CameraParametersOf(RefineKind::kPose);
+    free.shift = free.lens = free.lens_k2 = true;
+    for (const bool once : {false, true}) {
+      const BundleResult result =
+          Adjusted(scene, segments, free,
+                   once ? WithLastingErrors(options, segments) : options);
+      ASSERT_TRUE(result.usable);
+      for (const CameraChange& change : result.changes) {
+        lens[once] += (change.segment<2>(kShiftAt) / options.shift_sigma_px)
+                          .squaredNorm() +
+                      std::pow(change[kLensAt] / options.lens_sigma, 2) +
+                      std::pow(change[kLensK2At] / options.lens_sigma, 2);
+        rotation[once] += change.segment<3>(kRotationAt).squaredNorm();
+      }
+    }
+  }
+  // With these seeds the squares fall to less than a quarter.
+  EXPECT_LT(2.0 * lens[1], lens[0]);
+  EXPECT_LT(2.0 * rotation[1], rotation[0]);
+}
+
 // The prior assumes offsets of 7 mm. Standard deviations must follow the actual
 // offsets, with a root mean square of 18 mm or 37 mm per axis.
 TEST(Bundle, StandardDeviationsFollowTheRecordingsOffsets) {
