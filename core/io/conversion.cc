@@ -112,8 +112,8 @@ std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
          WayOnFrom(name));
 }
 
-// The kind to convert, determined by the two formats and, if several kinds
-// remain, by the input's content.
+// The kind to convert, determined by the two formats and, without --from or if
+// several kinds remain, by the input's content.
 FileKind ChooseKind(const ConversionOptions& flags) {
   const std::vector<FileKind> to =
       KindsOf("to", flags.to, "written", &Format::writable);
@@ -206,7 +206,8 @@ void CheckFlags(const ConversionOptions& flags, FileKind kind) {
     refuse("unit", !flags.unit.empty(), "calibrations and tracks");
   }
   if (!TakesImageSize(flags, kind)) {
-    refuse("image_size", !flags.image_size.empty(), "calibrations");
+    refuse("image_size", !flags.image_size.empty(),
+           "calibrations and to detections written as coco_views or longcw");
   }
   if (kind == kCalibration) {
     refuse("skeleton", !flags.skeleton.empty(), "detections and tracks");

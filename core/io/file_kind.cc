@@ -30,7 +30,7 @@ FileKind KindBy(const Adapter& adapter) {
   }
 }
 
-// For files that no format of ours recognises.
+// For paths that no built-in format recognises: asks the adapters.
 FileKind KindByAdapter(const std::string& path) {
   if (const auto adapter = AdapterOf(path)) return KindBy(*adapter);
   throw InputError(
@@ -99,8 +99,8 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
          text[second] != ']';
 }
 
-// Tables of keypoints begin with a letter or a quotation mark. Formats of
-// detections that begin otherwise are recognised elsewhere.
+// Tables of keypoints begin with a letter or a quotation mark. Detections in
+// JSON are recognised by KindOfObject and KindOfArray.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
   if (text.empty()) return false;

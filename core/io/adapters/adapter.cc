@@ -138,8 +138,8 @@ bool MayBeInput(const fs::path& file) {
 }
 
 // Notes the input files, so that they are not overwritten and changes to them
-// are detected; in a folder these are all files for a user's adapter, which may
-// read any. Returns the size of the inputs in bytes.
+// are detected. In a folder, a user's adapter may read any file, so all files
+// down to kDeepest are noted. Returns the size of the inputs in bytes.
 int64_t NoteInputs(const std::string& path, bool is_own) {
   int64_t size = 0;
   const auto note = [&size](const std::string& file) {
@@ -152,7 +152,7 @@ int64_t NoteInputs(const std::string& path, bool is_own) {
     note(path);
     return size;
   }
-  constexpr int kDeepest = 2;  // files below folders of this depth are ignored
+  constexpr int kDeepest = 2;  // notes path/a/b/FILE, but not path/a/b/c/FILE
   std::error_code error;
   for (fs::recursive_directory_iterator at(path, error), end; at != end;
        at.increment(error)) {
@@ -304,6 +304,7 @@ class AdapterRun::Impl {
       : path_(WithoutSlash(path)),
         name_(adapter.name),
         hint_(adapter.hint),
+        // kinegraph-adapters names the programs in a user's folder by path.
         is_own_(adapter.command.front() != TheSettings().given &&
                 adapter.name.find('/') == std::string::npos),
         silence_ms_(silence_ms),

@@ -196,7 +196,8 @@ CalibrationFile ReadBiocv(const CalibrationHead& head) {
 }
 
 // ---- OpenCap ----
-// Python pickles, read by an adapter.
+// Python pickles, read by an adapter: one per camera, in Videos/CAMERA of a
+// session's folder. The path may be that folder, its Videos or a camera's.
 
 bool IsOpencapFolder(const std::string& path) {
   constexpr const char* kPickle = "cameraIntrinsicsExtrinsics.pickle";

@@ -49,7 +49,8 @@ bool HasOthersCameras(const CalibrationHead& head) {
 //      "K": 3x3 px, "distortion": [k1, k2, p1, p2, k3],
 //      "cam_from_world": {"R": 3x3, "t": [x, y, z]}}, ...],
 //    "refinement": {...}}
-// "refinement" (optional) records how cameras were changed
+// "model" is "pinhole" (no coefficients), "opencv5" or "opencv_fisheye" (k1 k2
+// k3 k4). "refinement" (optional) records how cameras were changed
 // (refinement_record.h).
 
 Json CameraJson(const Camera& camera) {
@@ -254,8 +255,8 @@ void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
 
 // ---- longcw ----
 // JSON of longcw's crossview data: {"cameras": {"Camera0": {"K": 3x3, "Tw":
-// 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K refers to coordinates divided
-// by the image's width and height; Tw is world_from_cam, centimetres.
+// 4x4, "dist_coeffs": [k1, k2, p1, p2(, k3)]}, ...}}. K refers to coordinates
+// divided by the image's width and height; Tw is world_from_cam, centimetres.
 
 bool RecogniseLongcw(const CalibrationHead& head) {
   return HasOthersCameras(head) && FirstMemberHas(head.json["cameras"], {"Tw"});

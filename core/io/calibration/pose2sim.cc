@@ -1,9 +1,11 @@
 // TOML of Pose2Sim, Anipose, FreeMoCap and Caliscope, one table per camera:
 // name, size [w, h], matrix 3x3 px, distortions [k1, k2, p1, p2(, k3)],
-// rotation (Rodrigues vector or 3x3, cam_from_world), translation. Lengths are
-// metres in Pose2Sim's and Caliscope's files; in Anipose's they have the unit
-// of the calibration board, which is millimetres in FreeMoCap's. The table
-// "metadata" is not a camera.
+// rotation (Rodrigues vector or 3x3, cam_from_world), translation. The table
+// "metadata" is not a camera. Lengths are metres in Pose2Sim's and Caliscope's
+// files; in Anipose's and FreeMoCap's they have the unit of the calibration
+// board. Without cameras.unit they are read as millimetres if FreeMoCap's
+// metadata, or a board.toml beside a file of a session, specifies squares
+// larger than 1, otherwise as metres.
 //
 // Caliscope's camera_array.toml has the cameras in the table "cameras"; its
 // config.toml has them at the top level, beside the tables of the board and of
@@ -12,8 +14,7 @@
 //
 // In a session's folder, the file with the cameras is read: camera_array.toml
 // (Caliscope), calibration.toml (FreeMoCap, Anipose, sleap-anipose) or
-// config.toml (old versions of Caliscope). If a board.toml beside the file
-// specifies squares larger than 1, lengths are millimetres.
+// config.toml (old versions of Caliscope).
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -63,8 +63,8 @@ Eigen::Matrix3d RotationOfAxes(const Eigen::Matrix3d& axes) {
 // Qualisys: NAME.qca.txt of QTM's project folder, and cal.txt as QTM exports it
 // for Theia; the same XML, with one element <camera> per camera:
 //   fov_video left, top, right, bottom   the video on the sensor, whole pixels
-//   intrinsic focalLengthU, -V, centerPointU, -V   in 1/64 px of the sensor;
-//             skew; radialDistortion1..3, tangentalDistortion1..2
+//   intrinsic focalLengthU, -V, centerPointU, -V, skew   in 1/64 px of the
+//             sensor; radialDistortion1..3, tangentalDistortion1..2
 //   transform x, y, z   the camera's position, mm; r11 .. r33, whose rows are
 //             the camera's axes in the world: x right, y up, z backwards
 // Marker cameras are skipped if others have video, and so are cameras that are
@@ -157,7 +157,8 @@ CalibrationFile ReadQualisys(const CalibrationHead& head) {
     file.cameras.push_back(
         ReadQualisysCamera(camera, from_pose2sim ? kPerPixel : 1.0));
   }
-  if (file.cameras.empty()) root.Fail("has no camera that is calibrated");
+  if (file.cameras.empty())
+    root.Fail("has no camera that is active and calibrated");
   return file;
 }
 

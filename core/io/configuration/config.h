@@ -55,7 +55,7 @@ class ConfigFile {
   std::vector<Skeleton> ReadSkeletons();
 
   // Throws InputError for the first key that was not read, suggesting the most
-  // similar known key.
+  // similar known key, or what replaces a removed key.
   void RejectUnknown() const;
 
   // Whether the file or an override sets this key ("cameras.unit").

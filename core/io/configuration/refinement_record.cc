@@ -45,9 +45,9 @@ Eigen::MatrixXd CovarianceOf(const JsonField& field, int size) {
   const std::vector<double> numbers = field.Matrix(size, size);
   const Eigen::MatrixXd matrix =
       Eigen::Map<const RowMajor>(numbers.data(), size, size);
-  const bool is_one = (matrix.diagonal().array() >= 0.0).all() &&
-                      matrix.isApprox(matrix.transpose(), 1e-9);
-  if (!is_one)
+  const bool is_covariance = (matrix.diagonal().array() >= 0.0).all() &&
+                             matrix.isApprox(matrix.transpose(), 1e-9);
+  if (!is_covariance)
     field.FailExpected("a covariance: symmetric, with variances >= 0");
   return matrix;
 }

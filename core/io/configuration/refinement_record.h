@@ -24,7 +24,7 @@ struct RefinementRecord {
   struct Camera {
     std::string name;
     double offset_s = 0.0;  // added to the capture time
-    double drift = 0.0;     // [s/s], relative to the time since `clock_zero_s`
+    double drift = 0.0;     // [s/s], times the time since `clock_zero_s`
     // Estimated parameters: indices of kCameraParameterNames, ascending.
     std::vector<int> places;
   };

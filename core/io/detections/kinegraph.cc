@@ -3,7 +3,8 @@
 // ["cam0", ...]}; then one line per frame: {"frame": 300, "time": 12.0,
 // "views": {"cam0": [{"joints": [[x, y, c] or null, ...]}, ...]},
 // "capture_times": {"cam0": 12.001}}. capture_times (alias view_times) lists
-// only views whose time differs from the frame's.
+// only views whose time differs from the frame's. An adapter may state the
+// number of frames in the header ("frames").
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
@@ -226,8 +227,8 @@ class KinegraphSource : public DetectionSource {
   int64_t stated_frames_ = -1;
   BadFrames bad_;
   std::optional<TimeNs> last_time_;
-  bool had_time_ = false;                    // of any frame
-  bool has_time_ = false;                    // of the current frame
+  bool had_time_ = false;                    // any frame has stated its time
+  bool has_time_ = false;                    // the current frame states it
   std::optional<JsonObject> capture_times_;  // of the current frame
   std::string_view capture_key_;
   std::vector<bool> seen_views_;

@@ -172,8 +172,8 @@ class OpenPoseSource : public DetectionSource {
         }
       });
     } catch (const InputError&) {
-      // Reported when that frame is read.
       if (candidates->empty()) throw;
+      // Otherwise the error is reported when that frame is read.
     }
     return candidates->size() == 1 ||
            (fit->has_value() && (*fit)->people() >= kPeopleToRecogniseBy);

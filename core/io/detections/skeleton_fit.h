@@ -61,7 +61,7 @@ class SkeletonFit {
   struct Candidate {
     const Skeleton* skeleton = nullptr;
     std::vector<Bone> bones;
-    std::vector<double> shares;
+    std::vector<double> shares;  // of each person: mean bone length / diagonal
     std::vector<double> whole_shares;  // of people of whom an ankle is seen
     // By bone: its length in each person that shows it, as a fraction of the
     // diagonal.

@@ -38,8 +38,8 @@ struct DetectionReadOptions {
   std::optional<Skeleton> skeleton;
   // Overrides the file's frame rate; 0: not given.
   double frame_rate_hz = 0.0;
-  // Throws InputError if the file states a rate that differs from
-  // frame_rate_hz.
+  // Throws InputError if the file states a rate that differs from frame_rate_hz
+  // by more than 1 %.
   bool refuse_other_rate = false;
   // By view whose files have their own frame rate: that rate [Hz].
   std::map<std::string, double> view_frame_rate_hz;

@@ -152,7 +152,9 @@ class Pairing {
            PairByOrder(views);
   }
 
-  // Throws InputError with the reason why no rule fits.
+  // Throws InputError with the reason why no rule fits; with kLeaveOut, only
+  // for a view that matches several cameras or a camera that several views
+  // match.
   void Fail(const std::vector<size_t>& views) const {
     const bool may_be_left = unpaired_ == UnpairedViews::kLeaveOut;
     if (cameras_.empty() && !may_be_left) {
@@ -327,7 +329,7 @@ class Pairing {
   const UnpairedViews unpaired_;
   const std::vector<Words> view_words_;
   const std::vector<Words> camera_words_;
-  const std::vector<Words> view_rests_;  // without the common words
+  const std::vector<Words> view_rests_;  // after Distinct
   const std::vector<Words> camera_rests_;
   std::vector<int> owner_;  // the view of each camera
   ViewPairing result_;

@@ -21,7 +21,7 @@ enum class PairedBy {
   kName,      // both have the same name
   kWithin,    // one name contains the other
   kNumber,    // both names have the same last integer
-  kDistinct,  // equal names, after removing the words common to all
+  kDistinct,  // equal names, without the words with which all begin or end
   kOrder,     // only the order of the names
 };
 // Text that completes "paired ...": "by the last number in their names".
