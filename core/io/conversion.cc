@@ -112,8 +112,8 @@ std::vector<FileKind> KindsOf(const std::string& flag, const std::string& name,
          WayOnFrom(name));
 }
 
-// The kind to convert, determined by the two formats and, if several kinds
-// remain, by the input's content.
+// The kind to convert, determined by the two formats. With --from=auto, and if
+// several kinds remain, by the input's content as well.
 FileKind ChooseKind(const ConversionOptions& flags) {
   const std::vector<FileKind> to =
       KindsOf("to", flags.to, "written", &Format::writable);
@@ -455,7 +455,8 @@ void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   }
 }
 
-// Notes if people do not stand upright in the result, and the remedy.
+// If people do not stand upright in the result, adds a note that names the
+// remedy.
 void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
               const TrackFormat& to, const std::optional<AxisMap>& axes,
               LostFields* lost_fields) {
