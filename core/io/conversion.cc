@@ -456,7 +456,8 @@ void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   }
 }
 
-// Notes if people do not stand upright in the result, and the remedy.
+// If people do not stand upright in the result, adds a note that names the
+// remedy.
 void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
               const TrackFormat& to, const std::optional<AxisMap>& axes,
               LostFields* lost_fields) {

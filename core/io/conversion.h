@@ -30,7 +30,8 @@ struct Conversion {
   LostFields lost_fields;  // what the format cannot store, and remarks
 };
 
-// Creates the parent folder of `out`. Throws InputError naming flag or file.
+// Creates the parent folder of `out`. Throws InputError naming flag or file,
+// and std::runtime_error if writing fails, for instance if the disk is full.
 Conversion Convert(const ConversionOptions& options);
 
 // One line per format: kind, name, supported operations, description.

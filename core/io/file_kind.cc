@@ -77,7 +77,8 @@ FileKind KindOfObject(const FileHead& head) {
   return FileKind::kCalibration;  // keys may be arbitrary names of cameras
 }
 
-// A projection matrix has twelve numbers, a file of 4D association far more.
+// A projection matrix has twelve numbers, a file of 4D association with people
+// at least 64 (one person with fifteen joints).
 FileKind KindOfNumbers(const std::string& path) {
   const std::string text = Beginning(path);
   Words words(text, WordBreak::kSpaceOrCommas);

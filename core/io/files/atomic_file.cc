@@ -50,7 +50,7 @@ enum class PartialKind { kFile, kFolder };
 
 // Creates a file (open with O_EXCL, so a planted link is never followed) or a
 // folder beside `target`, under the name returned in `*temporary`. Returns the
-// file's descriptor, or 0; -1 and errno on failure.
+// file's descriptor, or 0 for a folder; on failure -1, and sets errno.
 int MakeBeside(const std::string& target, PartialKind kind,
                std::string* temporary) {
   PartialList& list = ThePartialList();
@@ -78,8 +78,8 @@ int RenamePartial(const std::string& path, const std::string& final_name) {
   return outcome;
 }
 
-// Whether the path is in a temporary folder of this process, which is flushed
-// and renamed as a whole.
+// Whether the path is in a temporary folder of AtomicFolder or AtomicFiles,
+// whose Commit() flushes all files in it.
 bool IsInsidePartialFolder(const std::string& path) {
   const size_t mark = path.rfind(kMark + std::to_string(ProcessNumber()) + "-");
   return mark != std::string::npos && path.find('/', mark) != std::string::npos;
@@ -113,7 +113,8 @@ constexpr const char* kCannotWrite = "cannot be written";
 constexpr const char* kCannotMake = "cannot be created";
 
 struct Destination {
-  std::string path;  // the final target, not a link
+  // The final target, not a link; for an open file the path as given.
+  std::string path;
   // Set if the path names an open file of this process.
   std::optional<int> open_file;
 };
@@ -233,7 +234,7 @@ void AtomicFile::Commit() {
   if (!temporary_.empty()) {
     RefuseInput(path_, target_);  // files read since the start
     // Without this, the name could refer to a file without its bytes after a
-    // power failure. A folder that appears as a whole is flushed once.
+    // power failure.
     if (!IsInsidePartialFolder(target_) && SyncFile(DescriptorOf(file_)) != 0) {
       Fail(path_, kCannotWrite);
     }
@@ -396,7 +397,7 @@ void AtomicFiles::Commit() {
     }
     if (SyncPath(one.temporary) != 0) Fail(one.path, kCannotWrite);
   }
-  // Signals wait until all files have their final names.
+  // RemovePartialFilesForGood waits until all files have their final names.
   PartialList& list = ThePartialList();
   const std::lock_guard<std::mutex> lock(list.mutex);
   for (const std::string& path : old_) RemoveFile(path);

@@ -118,15 +118,16 @@ class OutputFolder {
 };
 
 // Throws InputError naming `what` ("view") if `name` is not a valid file name:
-// empty, hidden, with a slash or a control character, or too long.
+// empty, hidden, with a slash or a control character, or longer than 200 bytes.
 void CheckFileName(const std::string& name, const std::string& what);
 
 // Several files or folders that appear as one result. They are written under
-// their own names into a temporary folder beside the targets. Commit() renames
-// the first one last: if it is new, all others are new, too. If destroyed
-// without Commit(), nothing remains. A process that is killed between two
-// renames leaves new files beside the old first one; callers therefore store a
-// fingerprint of the first in each of the others (side_files.h).
+// their own names into temporary folders beside the targets. Commit() renames
+// the one that was requested first last: if it is new, all others are new, too.
+// If destroyed without Commit(), nothing remains. A process that is killed
+// between two renames leaves new files beside the old first one; callers
+// therefore store a fingerprint of the first in each of the others
+// (side_files.h).
 //
 //   AtomicFiles files;
 //   WriteTracks(files.Aside(path), ...);
@@ -140,8 +141,9 @@ class AtomicFiles {
   AtomicFiles& operator=(const AtomicFiles&) = delete;
 
   // Path at which to write the file that will appear as `path`; the same on
-  // every call. For a stream it is `path` itself. Throws what the constructors
-  // of AtomicFile and AtomicFolder throw, so call it before the computation.
+  // every call. For a stream or an open file (/dev/fd/3) it is `path` itself.
+  // Throws what the constructors of AtomicFile and AtomicFolder throw, so call
+  // it before the computation.
   std::string Aside(const std::string& path);
   std::string FolderAside(const std::string& path);
 

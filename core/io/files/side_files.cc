@@ -84,7 +84,7 @@ std::string FingerprintOfTracks(const std::string& path) {
   std::vector<fs::path> files;
   ForEachEntry(path, [&](const fs::directory_entry& entry) {
     const fs::file_type type = entry.status(error).type();
-    if (type == fs::file_type::none) {  // unknown; not a link to nothing
+    if (type == fs::file_type::none) {  // unknown; a dangling link is not_found
       throw InputError(entry.path().string(), "",
                        "cannot be read: " + error.message());
     }

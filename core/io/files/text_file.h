@@ -26,9 +26,9 @@ std::string ReadTextFile(const std::string& path,
                          size_t max_bytes = std::numeric_limits<size_t>::max());
 
 // Normalises text from spreadsheets and editors: removes UTF-8's byte order
-// mark and, in a text without newlines, converts carriage returns (old Mac line
-// ends) to newlines. Throws InputError naming the file if it is UTF-16 or
-// compressed.
+// mark and, in a text without newlines and zero bytes, converts carriage
+// returns (old Mac line ends) to newlines. Throws InputError naming the file if
+// it is UTF-16 or compressed by gzip.
 void MakePlainText(const std::string& path, std::string* text);
 
 // Calls `visit` with each block of a file's bytes. Throws InputError naming the
@@ -46,16 +46,16 @@ std::string BeginningOf(const std::string& path, size_t bytes);
 
 // Whether the path, with links followed, is a folder (IsFolder) or anything
 // else, such as a pipe (IsFile); false if it does not exist or is inaccessible.
-// Throws InputError if the disk fails.
+// Throws InputError if the disk or the network fails.
 bool IsFolder(const std::string& path);
 bool IsFile(const std::string& path);
 
 // Whether the path is a pipe or device. It cannot be examined before it is
-// read, so only kinegraph's own formats, which are read in one pass, are
-// supported.
+// read: unless a format is named, kinegraph's own is assumed.
 bool IsPipe(const std::string& path);
 
-// `path` relative to the folder of `file`, for a link in that file.
+// `path` relative to the folder of `file`, for a link in that file; `path`
+// itself if there is no relative path.
 std::string RelativeToFile(const std::string& path, const std::string& file);
 
 // Creates a folder and its parents. Throws InputError naming it on failure.

@@ -25,7 +25,7 @@ constexpr size_t kPadding = simdjson::SIMDJSON_PADDING;
 constexpr size_t kMaxLineBytes = size_t{64} << 20;
 // simdjson's own limit is 4 GiB.
 constexpr size_t kMaxFileBytes = size_t{2} << 30;
-constexpr int kMaxPeekDepth = 256;
+constexpr int kMaxPeekDepth = 256;  // levels of brackets that ScanKeys accepts
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 // "an object", "an array", "null", ... for messages.

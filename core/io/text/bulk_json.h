@@ -72,16 +72,17 @@ double AsFrameRate(JsonValue value, std::string_view key);
 // which does not name the file, if `refuse_other` and both are known and differ
 // (AreOtherRates).
 double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other);
-// Whether two rates or periods differ by more than 1 %.
+// Whether two rates or periods differ by more than 1 % of the second.
 bool AreOtherRates(double a_hz, double b_hz);
-// frame / rate; 0 when the rate is 0. Throws InputError, which does not name
-// the file, if the number is so large that it looks like a time.
+// frame / rate; 0 when the rate is 0. With a rate, throws InputError, which
+// does not name the file, for a frame of kMostFrames (names.h) or above, since
+// it looks like a time.
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz);
 
 // A key of an object in kinegraph's own formats: its name, whether it is
 // required, and the member function of Reader that stores its value in a
-// Target. A reader has one static table of keys per kind of object; missing
-// keys are reported in the order of the table.
+// Target. A reader has one static table of keys per kind of object; of several
+// missing keys the first of the table is reported.
 enum class Presence { kRequired, kOptional };
 template <typename Reader, typename Target>
 struct JsonKey {
@@ -132,8 +133,8 @@ class OwnLines {
  public:
   // Throws InputError when the file cannot be read.
   explicit OwnLines(const std::string& path);
-  // Reads a pipe and closes it at the end; messages call it `name`. Throws
-  // InputError if nothing arrives for `silence_ms`.
+  // Reads a pipe and closes it on destruction; messages call it `name`. Reading
+  // throws InputError if nothing arrives for `silence_ms`.
   OwnLines(const std::string& name, int pipe, int silence_ms);
 
   // Calls `read` with the object in the next line; file and line are added to

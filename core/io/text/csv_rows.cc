@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::string_view kSeparators = ",;\t";
 
-// The separator in the first line, ignoring quoted text.
+// The first separator in the first line outside quoted text; ',' if there is
+// none.
 char SeparatorOf(std::string_view text) {
   bool quoted = false;
   for (const char c : text) {

@@ -11,9 +11,10 @@
 namespace kinegraph {
 
 // Splits a text into rows of cells (RFC 4180), without blank lines. The
-// separator is the first comma, semicolon or tab in the first line, or the one
-// in a spreadsheet's line "sep=;". If it is not a comma, decimal commas, which
-// spreadsheets write in many countries, are accepted: 12,5 is read as 12.5.
+// separator is the first comma, semicolon or tab in the first line, which may
+// be a spreadsheet's "sep=;"; without any, a comma. If it is not a comma,
+// decimal commas, which spreadsheets write in many countries, are accepted in
+// cells without quotation marks: 12,5 is read as 12.5.
 class CsvRows {
  public:
   explicit CsvRows(std::string_view text);
@@ -40,12 +41,12 @@ class CsvRows {
   int64_t next_line_ = 1;
 };
 
-// The cells of the first row; none for a text without rows.
+// The cells of the first row; none if there is no row or it is malformed.
 std::vector<std::string> FirstCsvRow(std::string_view text);
 
-// The number in a cell; nullopt for an empty cell and for NaN. Surrounding
-// spaces are ignored. Throws InputError, which does not name the file, for
-// other text.
+// The number in a cell, which may be infinite; nullopt for an empty cell and
+// for NaN. Surrounding spaces are ignored. Throws InputError, which does not
+// name the file, for other text.
 std::optional<double> NumberOfCell(std::string_view cell);
 
 // A text as a cell, quoted if RFC 4180 requires it. Spreadsheets execute a cell

@@ -11,14 +11,15 @@ namespace kinegraph {
 struct FileHead {
   char kind = '\0';       // first character other than white space; '\0': none
   std::string beginning;  // first 64 KiB, as plain text (MakePlainText)
-  // If this is a JSON object: its outermost keys within `beginning`.
+  // If the file is a JSON object: its outermost keys within `beginning`.
   std::vector<std::string> keys;
 
   bool HasKey(std::string_view key) const;
   // The cells of the first row, read as a CSV table.
   std::vector<std::string> FirstRow() const;
 };
-// Throws InputError naming the file if it cannot be read.
+// Throws InputError naming the file if it cannot be read, is UTF-16, compressed
+// by gzip, or JSON nested deeper than 256 levels.
 FileHead LookAtFile(const std::string& path);
 
 }  // namespace kinegraph

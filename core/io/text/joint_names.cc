@@ -87,7 +87,7 @@ std::optional<Meaning> MeaningAmong(const std::vector<Part>& parts,
                  label == joint ? -1 : static_cast<int>(part - parts.begin())};
 }
 
-// "LAnkle (mm)" -> "LAnkle".
+// "LAnkle(mm)" -> "LAnkle", "LAnkle (mm)" -> "LAnkle ".
 std::string WithoutUnit(const std::string& label) {
   if (label.empty() || (label.back() != ')' && label.back() != ']')) {
     return label;
@@ -110,7 +110,7 @@ bool Strip(const std::string& text, const std::string& end, bool at_front,
   return true;
 }
 
-// "Anna:LAnkle (mm)" -> "LAnkle".
+// "Anna:LAnkle(mm)" -> "LAnkle".
 std::string PartIn(const std::string& label) {
   const std::string name = WithoutUnit(label);
   return name.substr(name.find_last_of(':') + 1);  // npos + 1 is 0
@@ -129,7 +129,6 @@ Meaning MeaningOf(const std::string& label) {
     return *meaning;
   }
   std::string rest;
-  // Whole words first: "left_ear" must not become "l" and "eftear".
   for (const auto& [word, side] :
        {std::pair{"left", "l_"}, {"right", "r_"}, {"l", "l_"}, {"r", "r_"}}) {
     for (const bool at_front : {true, false}) {

@@ -36,18 +36,19 @@ std::optional<MarkerNames> ParseMarkerNames(const std::string& text);
 
 // The same joints and bones under other names: kPose2Sim has "RHip", "RBigToe",
 // "Head", and "Hip" (in BODY_25 "CHip"); kOpenSim has "midHip" instead, as
-// OpenCap passes it to OpenSim. JointNameOf translates all of them back.
+// OpenCap passes it to OpenSim. JointNameOf translates these names back.
 Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names);
 
 // The same joints and bones under kinegraph's names (OurJointNames).
 Skeleton WithOurNames(const Skeleton& skeleton);
 
 // The skeleton that a file specifies: its labels under kinegraph's names, its
-// bones, and its name unless a built-in skeleton has that name. Joints that
-// equal those of a built-in skeleton, in the same order, give the built-in
-// skeleton, with the file's bones if it has any. A human skeleton (IsHuman)
-// without bones gets those of COCO-17 between its joints. Throws InputError
-// "joints: ..." or "bones: ...", which does not name the file.
+// bones, and its name, or "custom" without a name and if a built-in skeleton
+// has that name. Joints that equal those of a built-in skeleton, in the same
+// order, give the built-in skeleton, with the file's bones if it has any. A
+// human skeleton (IsHuman) without bones gets those of COCO-17 between its
+// joints. Throws InputError "joints: ..." or "bones: ...", which does not name
+// the file.
 Skeleton SkeletonOfLabels(const std::vector<std::string>& labels,
                           const std::vector<Bone>& bones = {},
                           const std::string& name = "");

@@ -24,17 +24,18 @@ inline constexpr size_t kMaxJsonKeys = 4096;
 // Values of one file, also of TOML; bounds memory.
 inline constexpr size_t kMaxJsonValues = 1'000'000;
 
-// Parses one JSON text. Throws InputError naming `file` (and line and column)
-// for a syntax error, NaN, an unrepresentable number (1e400), a repeated key or
-// a text beyond the limits above.
+// Parses one JSON text. Throws InputError naming `file` for a syntax error
+// (with line and column), NaN (with the line), an unrepresentable number
+// (1e400), a repeated key or a text beyond the limits above.
 Json ParseJson(const std::string& text, const std::string& file);
 
 // Parses YAML, one document as OpenCV's FileStorage writes it. A map of rows,
 // cols and data (OpenCV's !!opencv-matrix) becomes an array of rows. Unquoted
 // scalars that are numbers or null become these, all others texts. Throws
-// InputError naming `file` (and mostly the line) for a syntax error, a repeated
-// key, more than kMaxJsonKeys keys, nesting deeper than kMaxJsonDepth, or more
-// than 16 MiB of values with aliases expanded.
+// InputError naming `file` (and mostly the line) for a syntax error, a key that
+// is repeated or not a text, more than kMaxJsonKeys keys of one map, nesting
+// deeper than kMaxJsonDepth, more than 16 MiB of values with aliases expanded,
+// and unless there is exactly one document.
 Json ParseYaml(const std::string& text, const std::string& file);
 
 // The prefix of `text` that is NaN or an infinity in Python's notation, which
@@ -86,6 +87,7 @@ class JsonField {
   double Number() const;  // finite
   // A whole number within +-2^53, which may be written as 1032.0.
   int64_t Integer() const;
+  // `count` whole numbers: a flat array, a row or a column.
   std::vector<int64_t> Integers(int count) const;
   // The numbers of a matrix, row-major: a flat array or an array of rows. A
   // single column may be an array of rows or one row. All numbers must be

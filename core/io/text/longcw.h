@@ -1,4 +1,5 @@
-// Shared by the readers and writers of longcw's detections and poses.
+// Shared by the readers and writers of the detections and poses of longcw's
+// crossview data.
 #ifndef KINEGRAPH_CORE_IO_TEXT_LONGCW_H_
 #define KINEGRAPH_CORE_IO_TEXT_LONGCW_H_
 

@@ -1,4 +1,5 @@
-// What a format cannot store, as reported by its writer.
+// What a format cannot store, as reported by its writer, and other remarks on a
+// conversion.
 #ifndef KINEGRAPH_CORE_IO_TEXT_LOST_FIELDS_H_
 #define KINEGRAPH_CORE_IO_TEXT_LOST_FIELDS_H_
 

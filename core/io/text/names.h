@@ -18,7 +18,8 @@ std::optional<int64_t> LastInteger(std::string_view name);
 std::optional<int64_t> FrameOfFileName(std::string_view file_name);
 
 // The same, but throws InputError (which names only `file_name`) if there is no
-// number, or if the number is a time or a date. Also for names of images.
+// number, or if the number looks like a time or a date (as every number from
+// kMostFrames does). Also for names of images.
 int64_t FrameOfName(std::string_view file_name);
 
 // Frame numbers are below this, 30 years at 1000 Hz. Milliseconds since 1970

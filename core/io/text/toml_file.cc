@@ -30,10 +30,10 @@ Json TableToJson(const toml::table& table) {
 
 // Limits depth and number of tables and values before parsing, because toml++
 // destroys tables recursively and ToJson recurses over them, and a key with a
-// hundred thousand parts ("a.a.a...") creates as many tables. Each part of a
-// key and each bracket is a level below the outermost table. Syntax errors are
-// left to the parser, so strings are followed only as long as they are valid
-// (toml_test.cc compares this guard with the parser).
+// hundred thousand parts ("a.a.a...") creates as many tables. Each dot, also
+// that of a number, and each bracket is a level below the outermost table.
+// Syntax errors are left to the parser, so strings are followed only as long as
+// they are valid (toml_test.cc compares this guard with the parser).
 class TomlGuard {
  public:
   TomlGuard(const std::string& text, const std::string& file)
@@ -149,7 +149,7 @@ Json ToJson(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return Json(integer->get());
   if (const auto* number = node.as_floating_point()) return Json(number->get());
   if (const auto* boolean = node.as_boolean()) return Json(boolean->get());
-  std::ostringstream other;  // dates and times: as written in the file
+  std::ostringstream other;  // dates and times: as toml++ prints them
   node.visit([&other](const auto& value) { other << value; });
   return Json(other.str());
 }

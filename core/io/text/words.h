@@ -23,7 +23,7 @@ class Words {
   std::string_view Next();
   // Read the next word; throw InputError at the end of the text or if the word
   // is not the wanted one, a finite number, or a whole number from `low` to
-  // `high`. `what` completes "expected ...".
+  // `high`. `what` completes "ends before ..." and "expected ...".
   std::string_view Need(const char* what);
   void Expect(const char* wanted);
   double Number(const char* what);
@@ -49,7 +49,7 @@ class Words {
 // numbers; false for a text without words.
 bool IsNumberTable(std::string_view text);
 
-// The numbers of a small file, separated by spaces, commas or semicolons.
+// The numbers of a small file, separated by white space, commas or semicolons.
 // Throws InputError if a number is not finite, or if there are not `count`
 // numbers; `what` describes the expected numbers.
 std::vector<double> ReadNumberTable(const std::string& path, size_t count,

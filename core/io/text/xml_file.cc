@@ -15,8 +15,9 @@ struct XmlElement::Document {
   std::string file;
   pugi::xml_document tree;
 
-  // Counts newline bytes: correct for UTF-8 and for UTF-16, in which every
-  // newline contains one such byte.
+  // Counts newline bytes before the offset, which is correct for UTF-8. In
+  // other encodings the line is too small, since pugixml counts the offset in
+  // the text that it has converted to UTF-8.
   std::string LineAt(ptrdiff_t offset) const {
     const auto end =
         text.begin() +

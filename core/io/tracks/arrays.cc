@@ -229,7 +229,7 @@ std::vector<Value> Dense(const TrackSequence& tracks,
 // is allocated.
 void CheckSize(const std::string& path, const std::vector<size_t>& shape,
                bool has_covariances) {
-  // Of a joint's position and covariance; other arrays are small.
+  // Of a joint's position and covariance; its other values take 3 bytes.
   double bytes = has_covariances ? 9 * 8.0 + 3 * 8.0 : 3 * 8.0;
   for (const size_t side : shape) bytes *= static_cast<double>(side);
   if (bytes < static_cast<double>(NpzFile::kMaxBytes)) return;
@@ -371,7 +371,8 @@ void WriteMovementTracks(const std::string& path, const TrackSequence& tracks,
   const TrackContents contents = ContentsOf(tracks);
   TrackWriteOptions write;
   write.titles = PersonTitles(RequirePeople(tracks), options.names);
-  write.within_m = 0.05;  // its probability is the `confidence`
+  // `confidence` is the probability that the joint is within 5 cm.
+  write.within_m = 0.05;
   WriteTracksByAdapter("movement", path, tracks, write);
   lost_fields->push_back("bones, views and configuration are not kept");
   lost_fields->push_back(

@@ -30,8 +30,9 @@ constexpr const char* kBvhExtension = ".bvh";
 // ---- Reading: files of any program ----
 //
 // Channels may be in any order, and there may be several roots. Joint positions
-// follow from offsets and angles; a joint that coincides with its parent in
-// every frame is a pivot and is omitted. Frames count from 0.
+// follow from offsets and channels. A joint with offset 0 and without position
+// channels coincides with its parent: it is a pivot and is omitted. Frames
+// count from 0.
 
 struct Channel {
   bool is_position = false;
@@ -215,7 +216,7 @@ double RateOf(double step_s, std::string_view text) {
   }
   const auto digits = static_cast<double>(text.size() - point - 1);
   const double rounding_s = 0.5 * std::pow(10.0, -digits);
-  // With fewer digits, the periods of several whole rates round to the same
+  // With fewer digits, the periods of several whole rates may round to the same
   // text.
   const bool is_precise = rounding_s < 0.01 * step_s;
   return is_precise && std::abs(1.0 / whole - step_s) <= rounding_s

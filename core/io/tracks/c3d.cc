@@ -144,7 +144,8 @@ class Labels {
 
   // Sets ids and names. If all prefixes are like "person_3:", with different
   // numbers, these are the ids, otherwise ids are 0, 1, 2 in order of
-  // appearance. Names are those of SUBJECTS:NAMES, otherwise the prefixes.
+  // appearance. Names are those of SUBJECTS:NAMES, otherwise the prefixes;
+  // "person_3" is no name.
   void NamePeople(const std::vector<std::string>& subjects,
                   Contents* contents) const {
     std::set<TrackId> taken;
@@ -243,9 +244,8 @@ TrackSequence TracksOf(const C3dFile& file, const TrackReadOptions& options) {
   const Contents contents = ContentsOf(file);
   const bool has_points = file.points().width > 0;
   const C3dFrames& frames = has_points ? file.points() : file.segments();
-  // The names of segments are not translated into those of joints, as
-  // SkeletonOfNames does: the origin of the head, for example, is not the joint
-  // at its top.
+  // SkeletonOfNames would translate the names of segments into those of joints,
+  // but the origin of the head, for example, is not the joint at its top.
   TrackCollector collector("c3d",
                            has_points || options.skeleton.has_value()
                                ? SkeletonOfNames(contents.joints, options)
@@ -344,7 +344,7 @@ ForcePlate ReadPlate(const C3dFile& file, size_t plate, size_t row_length,
   }
   result.centre_m = C3dAxes().Invert(result.centre_m);
   const C3dAnalog& analog = file.analog();
-  // With their weights, without those of weight 0.
+  // The plate's channels and their weights, without those of weight 0.
   std::vector<std::pair<C3dChannel, double>> channels;
   for (size_t c = 0; c < weights.size(); ++c) {
     const double channel =

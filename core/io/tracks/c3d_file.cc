@@ -58,7 +58,7 @@ double MetresOf(const std::vector<std::string>& units) {
                    "', expected mm, cm or m");
 }
 
-// The number that a word stands for.
+// The number in a word: unsigned, or in two's complement.
 double Whole(double word, bool is_unsigned) {
   return is_unsigned || word < kWords / 2 ? word : word - kWords;
 }
@@ -183,7 +183,7 @@ class C3dRange {
     }
     for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
       const double frames = values_.NumberOrZero(name);
-      // A float may also be -1.
+      // A full count is 65535 or, stored as a float, also -1.
       if (frames > 0.0 && frames <= kMostC3dFrames && frames != kFull) {
         state(name, std::llround(frames), std::string(name) == "POINT:FRAMES");
       }
@@ -456,7 +456,7 @@ std::optional<Eigen::Isometry3d> C3dFile::Segment(int64_t frame,
     }
   }
   const double reliability = bytes_.Float(at + 4 * (kNumbers - 1));
-  // Missing segments have NaN or zeros.
+  // Missing segments have NaN, zeros or a negative reliability.
   if (!(reliability >= 0.0) || !pose.matrix().allFinite() ||
       !(pose.linear().determinant() > 0.5)) {
     return std::nullopt;

@@ -20,7 +20,7 @@
 
 namespace kinegraph {
 
-inline constexpr size_t kC3dBlock = 512;
+inline constexpr size_t kC3dBlock = 512;  // bytes
 
 // The bytes of a file, with numbers in one of three byte orders. Reading beyond
 // the end throws InputError.
@@ -80,7 +80,8 @@ class C3dValues {
  public:
   C3dValues(const C3dBytes& bytes, size_t begin);
 
-  // The value at `index`, nullopt if absent. Throws InputError for a text.
+  // The value at `index`, nullopt if absent; bytes and words count as unsigned.
+  // Throws InputError for a text.
   std::optional<double> Number(const std::string& name, size_t index = 0) const;
   // 0 if absent.
   double NumberOrZero(const std::string& name, size_t index = 0) const {
@@ -153,9 +154,11 @@ class C3dFile {
   const C3dAnalog& analog() const { return analog_; }
   double unit_m() const { return unit_m_; }
 
-  // Position in metres, in the axes of the file; frames count from 0. nullopt
-  // for a missing point: one with a negative residual or a number that is not
-  // finite, or at 0, 0, 0 with residual 0, as many programs write it.
+  // In Point, Analog and Segment, `frame` is 0 for the first frame of the file.
+
+  // Position in metres, in the axes of the file. nullopt for a missing point:
+  // one with a negative residual or a number that is not finite, or at 0, 0, 0
+  // with residual 0, as many programs write it.
   std::optional<Eigen::Vector3d> Point(int64_t frame, size_t point) const;
   C3dChannel Channel(size_t index) const;
   // A sample in the unit of the channel.

@@ -129,8 +129,8 @@ struct Row : TrackFormat {
 
 }  // namespace
 
-// In the order of listings. Recognition does not depend on the order: no two
-// formats recognise the same file.
+// In the order of listings. Recognition depends on it only for a folder with
+// files of several formats and for a JSON object with the keys of several.
 const std::vector<TrackFormat>& TrackFormats() {
   static const std::vector<TrackFormat> kFormats = {
       Row("kinegraph", "JSON Lines")
@@ -324,7 +324,7 @@ TrackSequence ReadTracks(const std::string& path,
                          others);
   }
   TrackSequence tracks = format.read(path, options);
-  // The format was read in its usual unit, although the file has another one.
+  // The file was read in the format's usual unit, but has another one.
   if (unit_m > 0.0 && unit_m != *format.unit_m) {
     for (TrackFrame& frame : tracks.frames) {
       Scale(unit_m / *format.unit_m, &frame);

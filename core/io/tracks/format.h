@@ -93,7 +93,8 @@ const TrackFormat* RecogniseTracks(const TrackHead& head);
 
 // The format in the options, otherwise the one that recognises the path, and
 // kinegraph's own for a pipe. Throws InputError if no format recognises the
-// path and OptionError for an unknown name.
+// path, and OptionError for a name that is unknown or of a format that is only
+// written.
 const TrackFormat& FormatOfTracks(const std::string& path,
                                   const TrackReadOptions& options);
 

@@ -76,7 +76,7 @@ const Part* FindPart(const std::string& ours) {
 // A joint to attach to the tree.
 struct Node {
   std::string name;
-  std::string ours;  // its canonical name
+  std::string ours;  // kinegraph's name of it; "neck" for head_bottom
   std::vector<int> sources;
   int place = -1;  // index in the tree; -1: not attached yet
 };

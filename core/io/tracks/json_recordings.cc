@@ -5,7 +5,7 @@
 //   skeleton.
 // - longcw's annotation_3d.json and result_3d.json: [{"timestamp": s, "poses":
 //   [{"id", "points_3d": [[x, y, z] cm, ...], "scores": [...]}]}, ...]. A joint
-//   with score 0 is missing. Results have ids beyond 2^63.
+//   with score 0 or less is missing. Results have ids beyond 2^63.
 #include <set>
 #include <unordered_map>
 #include <vector>
@@ -145,7 +145,7 @@ TrackSequence ReadLongcw(JsonValue outermost, const TrackReadOptions& options,
       visit(frame, AsArray(Required(frame, "poses"), "poses"));
     }
   };
-  // Collect all ids and the skeleton first. If all ids are small, they are
+  // Collect all ids and the skeleton first. If all ids are below 2^31, they are
   // kept: in annotations they are the actors' numbers. Otherwise they are
   // replaced by 0, 1, 2 in order of appearance.
   bool all_small = true;

@@ -16,7 +16,8 @@ namespace kinegraph {
 
 // A note if people read from `path` with these options have an implausible
 // size, with the units for which it is plausible; empty if the size is
-// plausible or the format specifies its unit.
+// plausible, the format specifies its unit, or there are no people or they are
+// not human.
 std::string UnitNote(const std::string& path, const TrackReadOptions& options,
                      const TrackSequence& tracks);
 
@@ -29,8 +30,9 @@ struct AxesNote {
   // The --axes with which people stand upright; empty if there are none.
   std::string axes;
 };
-// A note for tracks to be written to `format`; nullopt if people stand along
-// its upward axis, or if it has none. `axes` replace the format's axes.
+// A note for tracks to be written to `format`; nullopt if people stand within
+// 50 degrees of its upward axis (Stance::UpUnlike), if the vertical is unknown
+// or if the format has no axes. `axes` replace the format's axes.
 // `cameras` (may be empty) and `stated`, the StatedUp of the file from which
 // the tracks were read, are further evidence on the vertical.
 std::optional<AxesNote> FindAxesNote(
@@ -49,8 +51,8 @@ std::optional<Eigen::Vector3d> StatedUp(const std::string& path);
 // along z.
 std::string AxesOfReading(const AxisMap& read, const Eigen::Vector3d& up);
 // A note on tracks read from `format`, which must have axes of its own, with
-// `axes` (nullopt: the format's); nullopt unless people stand along another
-// axis of the world than z.
+// `axes` (nullopt: the format's); nullopt unless people stand within 40 degrees
+// of another signed axis of the world than z.
 std::optional<AxesNote> FindReadingNote(const Stance& stance,
                                         const TrackFormat& format,
                                         const std::optional<AxisMap>& axes);

@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kBegin = "person_";
 
-// The number after the last "person_" or "_P" in a file's name.
+// The number after the last "person_" in a file's name that digits follow,
+// otherwise after the last such "_P"; nullopt if there is neither.
 std::optional<int64_t> PersonOf(const std::string& name) {
   for (const std::string mark : {"person_", "_P"}) {
     for (size_t at = name.rfind(mark); at != std::string::npos;

@@ -88,7 +88,7 @@ class TrackCollector {
 };
 
 // Reads what an adapter prints: kinegraph's own tracks, with the skeleton in
-// the options if it has the same number of joints.
+// the options, if any, which must have the same number of joints.
 TrackSequence ReadTracksByAdapter(const Adapter& adapter,
                                   const std::string& path,
                                   const TrackReadOptions& options);
@@ -156,9 +156,9 @@ PersonNames NamesOfPersonFiles(const std::string& path,
 
 // Calls `write_file` for each person: with `path` itself if it has the
 // extension, otherwise with files in the folder `path`, which appears when all
-// are complete. In people's names, ASCII characters other than letters and
-// digits become hyphens. Throws InputError if there are no people, or several
-// for one file.
+// are complete. People's names are cut after 100 bytes, and ASCII characters
+// other than letters and digits become hyphens. Throws InputError if there are
+// no people, or several for one file.
 void WritePersonFiles(
     const std::string& path, const std::string& extension,
     const TrackSequence& tracks, const PersonNames& names,

@@ -28,7 +28,8 @@ struct TrackReadOptions {
   // Overrides the file's rate. 0: not given; then 29.97 for Panoptic and 25
   // for longcw (whose frame numbers are round(rate * timestamp)).
   double frame_rate_hz = 0.0;
-  // Throws InputError if the file states another rate than frame_rate_hz.
+  // Throws InputError if the file states a rate that differs from frame_rate_hz
+  // by more than 1 %.
   bool refuse_other_rate = false;
   // Frame of the first entry of 4D association's files: Shelf's test set begins
   // at 300.

@@ -3,8 +3,7 @@
 // columns, the fifth their coordinates; then one row per frame. Empty cells and
 // NaN mean that a marker has no position. One file is one person, whose id is
 // the number after "person_" (kinegraph) or "_P" (Pose2Sim) in the file name.
-// Rows are consecutive frames; the time of the first row determines the first
-// frame.
+// Rows are consecutive frames; FirstFrame determines the number of the first.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -66,7 +66,7 @@ std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
     sum += ray.seen_m.normalized() * ray.at_rest_m.transpose();
     weight += ray.at_rest_m.norm();
   }
-  constexpr double kWeak = 1e-6;  // an error of at most 1e-3 mrad
+  constexpr double kWeak = 1e-6;  // an error of the order of 1e-3 mrad
   if (prior != nullptr) {
     sum += (rays.empty() ? 1.0 : kWeak * weight) * prior->toRotationMatrix();
   }
@@ -187,7 +187,8 @@ class Solver {
     }
   }
 
-  // Vector from the parent to the joint; nullopt if either is missing.
+  // Vector from the parent to the joint; nullopt if either is missing or the
+  // bone is shorter than kShortest_m.
   std::optional<Vector3d> BoneAt(size_t joint, size_t row) const {
     const size_t parent = tree_[joint].parent;
     if (!positions_[joint][row] || !positions_[parent][row]) {
@@ -198,6 +199,8 @@ class Solver {
     return bone;
   }
 
+  // Median length of the bone to the joint [m]; 0 if both ends were seen but
+  // never kShortest_m apart, nullopt if they were never seen in the same row.
   std::optional<double> MedianLength(size_t joint) const {
     std::vector<double> lengths_m;
     for (size_t r = 0; r < row_count_; ++r) {

@@ -44,8 +44,8 @@ struct TreeJoint {
 };
 using JointTree = std::vector<TreeJoint>;
 
-// Bones that form a tree are used as they are. The bones of a human skeleton
-// that form no tree, or without a joint mid_hip, are completed by anatomy:
+// Bones are used as they are, except those of a human skeleton if they form no
+// tree or if there is no joint mid_hip; these are completed by anatomy:
 // mid_hip is the centre of both hips if there is no such joint; likewise, neck
 // is the centre of the shoulders; limbs are attached as in a body. Other joints
 // are attached if a path of bones connects them to the root; otherwise points
@@ -81,6 +81,7 @@ struct TreeMotion {
   size_t filled = 0;  // number of interpolated joints, over all rows
   std::vector<size_t> never_seen;  // indices in the tree
 
+  // Rotation of a joint relative to its parent; for the root, its own.
   Eigen::Quaterniond Local(const JointTree& tree, size_t row,
                            size_t joint) const;
   // Positions that follow from the rotations and fixed bone lengths. The root

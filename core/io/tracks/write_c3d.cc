@@ -241,7 +241,8 @@ class C3dRecording {
         if (person != nullptr && person->joints[j].present()) {
           point.head<3>() =
               kMillimetresPerMetre * axes_.Apply(person->joints[j].position_m);
-          // Readers, including C3dFile, treat exact zeros as a missing point.
+          // Readers treat exact zeros as a missing point, C3dFile if the
+          // residual is 0, too.
           if (point.head<3>().isZero(0.0)) {
             point.x() = std::numeric_limits<float>::min();
           }
