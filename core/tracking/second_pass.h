@@ -76,8 +76,8 @@ class SecondPass {
   // detections while two or more views agree. Frames with fewer views are also
   // written if they lie in between, or if they are at the very end, one view
   // sees the person and the estimate is sufficiently certain. Stops when no
-  // views have agreed for the age limit of a lost track, or where another
-  // person stands.
+  // views have agreed for the age limit of a lost track, where another person
+  // stands and, backward, 2 s before the run.
   void ExtendEnds(const std::vector<TrackFrame>& first_pass,
                   const std::set<TrackId>& but);
 
