@@ -39,7 +39,8 @@ struct IdentityEdit {
   EditOp op = EditOp::kJoin;
   std::vector<TrackId> persons;
   // Cut, swap, delete: the frames to change. Join, undecided: persons[0]'s last
-  // frame and persons[1]'s first. Name: none.
+  // frame and persons[1]'s first, which is earlier if the two overlap. Name:
+  // none.
   std::optional<FrameSpan> frames;
   // Evidence for the edit, in order: "bones" and "motion" as log likelihood
   // ratios in nats, "gap_s", ...

@@ -104,8 +104,8 @@ class SecondPass {
     EndFollower follower;
     int end = 0;  // number of the extension
   };
-  // Number of views matched with the person that agree; kInOneView: also
-  // several that do not agree, kInTwoViews: two or more.
+  // kInNoView: no view is matched with the person; kInOneView: one is, or
+  // several that do not agree; kInTwoViews: two or more that agree.
   enum class Seen { kInNoView, kInOneView, kInTwoViews };
   // A frame beyond an end that was given to an estimator.
   struct Beyond {
