@@ -69,8 +69,9 @@ double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
 //   w2d (1 - d2d / (alpha_2d age2d)) exp(-lambda_a age2d)
 // + w3d (1 - d3d / alpha_3d) exp(-lambda_a age3d),
 // where d2d [px] is the distance from `last_seen` and d3d [m] that of the
-// expected joint from the detected joint's ray. A term without its joint is
-// zero; a joint without both is skipped. 0 where too few joints remain.
+// expected joint from the detected joint's ray. A term whose `last_seen` or
+// expected joint is unknown, or behind the camera, is zero; joints with neither
+// term do not count. 0 where too few joints count.
 double CrossViewAffinity(const Observation& observation,
                          const std::vector<LastSeenJoint>& last_seen,
                          const Pose3d& expected, double expected_age_frames,
@@ -107,11 +108,12 @@ class ViewMatcher {
   HungarianSolver solver_;
   std::vector<double> affinities_;
   std::vector<Eigen::AlignedBox2d> boxes_;  // of the observations
-  // The target in this view and, for cross_view, its joints as last seen; empty
-  // for Target2d::kMatched, which uses the matched joints.
+  // The target in this view; not used for cross_view with Target2d::kMatched.
   ProjectedPose projected_;
   Eigen::AlignedBox2d box_;
   double gate_px_ = 0.0;
+  // For cross_view with Target2d::kProjected: the projected joints, as if last
+  // seen there; else empty.
   std::vector<LastSeenJoint> last_seen_;
 };
 

@@ -15,10 +15,11 @@
 
 namespace kinegraph {
 
-// The tracklets of one view. A detection continues the nearest tracklet if
-// every other tracklet is at least twice as far from the detection and every
-// other detection twice as far from the tracklet. Otherwise tracklets end and
-// new ones begin: short tracklets are harmless, wrong ones are not.
+// The tracklets of one view. A detection continues the nearest tracklet within
+// a gate if every other tracklet is at least twice as far from the detection
+// and every other detection at least twice as far from the tracklet. Otherwise
+// tracklets end and new ones begin: short tracklets are harmless, wrong ones
+// are not.
 //
 // A tracklet belongs to the track that was matched with its detections for 0.2
 // s; detections that continue it are assumed to show the same person.

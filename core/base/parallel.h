@@ -11,7 +11,8 @@ namespace kinegraph {
 // number of threads. Rethrows the exception of the piece with the lowest index
 // that threw; with several threads, after all pieces have ended. The caller's
 // stop check (stop_check.h) runs before each piece and while the caller waits
-// for other threads; an exception that it throws then is rethrown instead.
+// for other threads; an exception that it throws during that wait is rethrown
+// instead of those of the pieces.
 void ParallelFor(int threads, int count, const std::function<void(int)>& work);
 
 // The `threads` of the call whose piece this thread works on, to be passed to

@@ -38,7 +38,9 @@ struct FrameSpan {
 struct IdentityEdit {
   EditOp op = EditOp::kJoin;
   std::vector<TrackId> persons;
-  // Join, undecided: persons[0]'s last frame and persons[1]'s first.
+  // Cut, swap, delete: the frames to change. Join, undecided: persons[0]'s last
+  // frame and persons[1]'s first, which is earlier if the two overlap. Name:
+  // none.
   std::optional<FrameSpan> frames;
   // Evidence for the edit, in order: "bones" and "motion" as log likelihood
   // ratios in nats, "gap_s", ...

@@ -29,7 +29,7 @@ struct JointRule {
   std::vector<std::string> asis;  // left and right
   std::vector<std::string> psis;  // both, or the sacrum between them
   // The markers lie on opposite sides of the joint, or the rule defines its
-  // centre. Pooled errors include only such joints.
+  // centre. Pooled errors include only such joints, if there are any.
   bool is_centre = false;
 };
 

@@ -46,7 +46,7 @@ struct ViewMatch {
   int view_idx = 0;
   int detection_idx = 0;  // index_in_file of the matched detection
   // One per joint: its weight, 0 (rejected) to 1; nullopt when the view did not
-  // measure the joint.
+  // measure the joint. Empty unless the weights are kept (KeptMatches).
   std::vector<std::optional<double>> weights;
 };
 

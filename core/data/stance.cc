@@ -223,7 +223,9 @@ bool Stance::MayLie(const Vector3d& up) const {
   // upper side on a bed.
   constexpr double kThick_m = 0.7;
   constexpr double kHigh_m = 1.3;
-  constexpr double kError_m = 0.15;
+  constexpr double kError_m = 0.15;  // joints may be this far below the floor
+  // A greater spread of the bodies' middle heights shows that people move up
+  // and down.
   constexpr double kSpread_m = 0.3;
   return high_m - low_m < kThick_m && low_m > -kError_m && high_m < kHigh_m &&
          Quantile(middles_m, 0.95) - Quantile(middles_m, 0.05) < kSpread_m;

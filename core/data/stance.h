@@ -47,8 +47,9 @@ class Stance {
   //   than 80 % of the people stand in one direction;
   // - the stated axis, unless people stand at more than 50 degrees to it and
   //   cannot be lying;
-  // - the direction in which people stand or, if most are bent, the world axis
-  //   within 40 degrees of it, unless it contradicts the cameras or, without
+  // - the direction in which people stand or, unless most of them are straight,
+  //   the world axis within 40 degrees of it (if there is one); unknown if that
+  //   direction is more than 50 degrees from the cameras' or, without
   //   cameras, they may be lying in a world with z up.
   // A person whose hands are clearly above the shoulders may be standing on
   // them and is ignored.

@@ -34,8 +34,8 @@ struct ViewBias {
     double gain_error = 0.0;
   };
   std::vector<OfJoint> joints;
-  // Most cameras have seen people from at least this range of azimuths
-  // [degrees].
+  // Range of azimuths [degrees] from which a camera has seen people: the median
+  // over the cameras.
   double azimuth_deg = 0.0;
 
   bool empty() const {

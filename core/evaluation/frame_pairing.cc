@@ -16,8 +16,8 @@
 namespace kinegraph {
 namespace {
 
-// Greatest relative difference of rates that are treated as equal: 29.97
-// (30000/1001) and 30 Hz.
+// Greatest relative difference of rates that are treated as equal: twice that
+// of 29.97 (30000/1001) and 30 Hz.
 constexpr double kSameRate = 0.002;
 // A stated rate contradicts the times if it differs from their rate by more
 // than this share; the closest common rates, 24 and 25 Hz, differ by twice as

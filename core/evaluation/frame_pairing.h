@@ -45,8 +45,8 @@ struct PairingNames {
 // frame number. They are also paired by number, with a note, if the rates are
 // equal but no two frames coincide in time, or if frames of equal number begin
 // simultaneously and end more than half a frame apart because the rates differ
-// slightly.
-// Restricted to `frames`, in the tracks' numbers (empty: all).
+// slightly. Only instants within `frames` (the tracks' numbers; empty: all) are
+// returned.
 // Nothing is interpolated: at different rates only common instants are
 // compared, and frames between them are ignored. Throws InputError naming both
 // rates where they differ and no two frames have the same time.

@@ -46,8 +46,8 @@ struct HeldOutScores {
 };
 
 // The default scored set: every detection from which `reference` (tracks of all
-// cameras, with their matches) was made. `cap_px`: usually 10 % of the image
-// width.
+// cameras, with their matches) was made. `cap_px` is stored in the set; callers
+// that derive it from a camera's image width set it anew for each camera.
 HeldOutSet MakeHeldOutSet(const TrackSequence& reference, double cap_px);
 
 // Standard deviation of one coordinate of a detected joint [px].

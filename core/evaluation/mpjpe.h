@@ -90,10 +90,10 @@ struct Consistency {
   // Errors within the 95 % ellipse or ellipsoid. A covariance that is not
   // positive definite contains none.
   Share covered;
-  // Normalised estimation error squared, mean per degree of freedom: 1 for
-  // correct covariances, larger for too small ones (Bar-Shalom, Li,
-  // Kirubarajan, Estimation with Applications to Tracking and Navigation,
-  // section 5.4). NaN: no covariances.
+  // Normalised estimation error squared, mean per degree of freedom over the
+  // positive definite covariances: 1 for correct ones, larger for too small
+  // ones (Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking
+  // and Navigation, section 5.4). NaN: there are none.
   double nees_per_dof = 0.0;
 };
 
@@ -102,9 +102,11 @@ struct ConsistencyRow {
   JointStatus status = JointStatus::kObserved;
   // Errors of joints with a position, with or without covariance.
   int64_t count = 0;
-  double rmse_m = 0.0;        // NaN: none
-  Consistency stated;         // of the joints with a covariance
-  double stated_rms_m = 0.0;  // square root of the covariances' mean trace
+  double rmse_m = 0.0;  // NaN: none
+  Consistency stated;   // of the joints with a covariance
+  // Square root of the mean trace of the positive definite covariances; NaN:
+  // there are none.
+  double stated_rms_m = 0.0;
 };
 
 struct ConsistencyResult {

@@ -145,7 +145,7 @@ PcpProtocol ShelfProtocol();
 // Frames 350..470 and 650..750; a missing frame is replaced by the nearest in
 // time, at most 0.1 s away.
 PcpProtocol CampusProtocol();
-// Frames 350..750.
+// As CampusProtocol, but frames 350..750.
 PcpProtocol CampusExtendedProtocol();
 // Shelf by the rules of 4D association's own program (Zhang et al. 2020).
 PcpProtocol FourDAssociationProtocol();
@@ -173,7 +173,8 @@ struct PcpPersonFrame {
 // The reason why a part is incorrect.
 enum class LossReason {
   kNoPose,     // no prediction is matched with the person
-  kElsewhere,  // the nearest prediction is beyond kPersonGateM: another person
+  kElsewhere,  // the matched prediction is beyond kPersonGateM, or no joint can
+               // be compared: another person
   kNoJoint,    // the prediction lacks an end
   kTooFar,     // the errors exceed the tolerance, by the EndpointRule
 };

@@ -97,7 +97,7 @@ bool Lens::InDomain(const Eigen::Vector2d& ideal) const {
 OpenCv5Lens::OpenCv5Lens(const std::array<double, 5>& coefficients) {
   CheckFinite(coefficients.data(), coefficients.size());
   const auto& [k1, k2, p1, p2, k3] = coefficients;
-  // Up to the first radius where d r' / d r = 0.
+  // One-to-one up to the first radius where d r' / d r = 0.
   plain_ = {LensKind::kOpenCv5, k1, k2, p1, p2, k3, 0.0, FirstFold(k1, k2, k3)};
 }
 

@@ -13,8 +13,9 @@ namespace kinegraph {
 enum class TriangulationStatus {
   kOk,
   kTooFewViews,   // fewer than two measurements with a positive weight
-  kNotFinite,     // a measurement or the solution is not finite
-  kParallelRays,  // no two rays differ by the minimum angle
+  kNotFinite,     // a measurement or the unit vector X is not finite
+  kParallelRays,  // no two rays differ by the minimum angle, or X is a point at
+                  // infinity
   kBehindCamera,  // the point is behind a camera that measured it
 };
 

@@ -25,7 +25,8 @@ constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
 // Largest overlap in time of a track with its successor [s], unless the two
-// nearly coincide.
+// nearly coincide. Also the time from either end of the recording within which
+// people may appear and disappear anywhere.
 constexpr double kMaxOverlap = 0.5;
 // Up to this number of chains the margin is exact, from the second best
 // assignment.

@@ -34,7 +34,8 @@ struct Link {
   Evidence evidence;
   double gap_s = 0.0;
   double bone_difference_m = 0.0;
-  double margin = 0.0;  // over the best explanation without it, nats
+  // Over the best explanation in which the two are different people [nats].
+  double margin = 0.0;
   bool decided = false;
 };
 

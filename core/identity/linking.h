@@ -24,9 +24,10 @@ namespace kinegraph {
 // tracked (after Zhang, Li and Nevatia 2008, whose minimum-cost flow without
 // reward for a piece is this assignment). Pieces that overlap in time by half a
 // second or more are different people, unless they nearly coincide there. A
-// join is made when every assignment without it is worse by at least
-// LinkOptions::min_margin; joined pieces are then treated as one, and the rest
-// is decided again.
+// join is made when every assignment in which the two remain different people
+// is worse by at least LinkOptions::min_margin; joined pieces are then treated
+// as one, and the rest is decided again. With the same margin, a piece present
+// only while a known person is absent is inserted into that absence.
 std::vector<IdentityEdit> LinkIdentities(
     const Skeleton& skeleton, double frame_rate_hz, const LinkOptions& options,
     std::vector<TrackFrame>* frames,

@@ -78,7 +78,8 @@ size_t ShoulderOf(double side) { return side > 0.0 ? 3 : 2; }
 // ---- Angles in these frames [rad] -------------------------------------------
 
 // Angle about an axis of a unit vector whose components perpendicular to the
-// axis are these; nullopt if the vector is within 10 degrees of the axis.
+// axis are `cosine` and `sine`; nullopt if the vector is within 10 degrees of
+// the axis.
 std::optional<double> Around(double sine, double cosine) {
   if (std::hypot(sine, cosine) < kLeastSine) return std::nullopt;
   return std::atan2(sine, cosine);

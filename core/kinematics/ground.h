@@ -12,7 +12,7 @@
 namespace kinegraph {
 
 // The unit vector of "x", "-z" and so on; nullopt for "auto". Throws InputError
-// naming `what`.
+// naming `what` for any other text.
 std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
                                        const std::string& what = "--up");
 

@@ -37,7 +37,8 @@ class GroupingRule {
 
  private:
   // Paper, section 3.3: E = sum of 1 - distance / alpha over the joints that
-  // both have, averaged over the group's views.
+  // both have, averaged over those views of the group that share at least
+  // min_common_joints with the detection; 0 if negative or without such views.
   double AffinitySum(const ObservationGroup& group,
                      const Observation& detection) const;
   // The authors' code: mean over the joints of the confidence-weighted epipolar

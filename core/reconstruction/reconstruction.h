@@ -24,8 +24,7 @@ struct JointRay {
 
 // Selects the views of one joint (Eq. 2 and 3 of Chu et al. 2021). Two views
 // are in conflict when E = 1 - distance / alpha < 0, with the mean of the two
-// epipolar distances (Eq. 2). Of two conflicting views the following one is
-// removed:
+// epipolar distances (Eq. 2). One of two conflicting views is removed:
 // - with a predicted point, the one whose ray is farther from it (Eq. 3; on a
 //   tie the second);
 // - without, the one with the smaller row sum of E over all views (on a tie

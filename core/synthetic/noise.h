@@ -31,7 +31,7 @@ struct JointNoise {
 
   double outlier_rate = 0.0;      // share of the observed joints
   double outlier_burst_s = 0.0;   // exact length; 0: independent
-  double outlier_min_px = 30.0;   // distance from the truth, uniform, in a
+  double outlier_min_px = 30.0;   // distance beyond the noise, uniform, in a
   double outlier_max_px = 200.0;  // direction that is constant in a burst
   double outlier_on_other = 0.0;  // share on the same joint of a nearby person
 

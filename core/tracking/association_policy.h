@@ -32,10 +32,10 @@ struct AssociationState {
 // The paper's policy, without additions. In each frame the tracker calls Forbid
 // and MatchesAgain for each view, FalseRecovery for each new person,
 // AwaitsSlight, SeeSlight (if AwaitsSlight returned true), LearnUpdates, Counts
-// for each updated track, MayBegin for each new person, and LearnBeginning for
-// each who starts a track. If all views are matched at once (AllViewMatcher),
-// MatchesAgain is not called. Pairs are row-major, tracks x observations of the
-// view.
+// for each updated track (if the detector ran on the frame), MayBegin for each
+// new person, and LearnBeginning for each who starts a track. If all views are
+// matched at once (AllViewMatcher), MatchesAgain is not called. Pairs are
+// row-major, tracks x observations of the view.
 class AssociationPolicy {
  public:
   virtual ~AssociationPolicy() = default;

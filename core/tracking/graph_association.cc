@@ -5,15 +5,15 @@
 // identity, and duplicate tracks:
 //
 // - A 2D tracklet (core/association/tracklets.h) of a track that has since been
-//   lost still belongs to it. No other track is matched with its detections
-//   unless it is already matched in two other views.
+//   lost still belongs to it. Another track is matched with the tracklet's
+//   detections only if that track is already matched in two other views.
 // - A recovery that explains only some of the views of a person, while the
 //   other views would start a new track at the same place, is false. The track
 //   stays lost and ends, and all views start the new one; linking
 //   (core/identity) decides later whether the two are the same person.
 // - Where there are so many unmatched detections that the views of an update
-//   may agree by chance, the update keeps the track alive only if two views
-//   share two thirds of the joints.
+//   may agree by chance, the update keeps the track alive only if two thirds of
+//   the measured joints are each supported by two or more views.
 // - A person with few visible joints, behind a table for example, starts a
 //   track when two views have agreed on those joints for long enough: six
 //   joints for a second.
@@ -143,8 +143,9 @@ class GraphAssociation final : public AssociationPolicy {
            !AgreeByChance(views, static_cast<int>(by_two), frame.initial);
   }
 
-  // False if even the two views with the fewest unmatched detections may agree
-  // by chance: with so few joints a third view adds no certainty. With two
+  // False if fewer than two views have unmatched detections, or if even the two
+  // of these views with the fewest may agree by chance: with so few joints a
+  // third view adds no certainty. With two
   // cameras there is no third view to wait for, so chance agreement is
   // accepted.
   bool AwaitsSlight() const override {
@@ -268,8 +269,8 @@ class GraphAssociation final : public AssociationPolicy {
     return count > 0 && sum_px <= most_px * count;
   }
 
-  // Whether the track has had no update for more than 0.1 s and for more than
-  // one frame on which the detector ran.
+  // Whether the track's last update is more than 0.1 s ago, and at least one
+  // frame on which the detector ran lies between it and the current frame.
   bool IsLost(const Track& track) const {
     constexpr double kLostS = 0.1;
     const TimeNs age = state_.time - track.life.last_update();

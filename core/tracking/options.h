@@ -59,14 +59,14 @@ TrackerOptions WithScaledGates(TrackerOptions options, const CameraRig& cameras,
 // at 120 Hz as at 25 Hz. Paper mode counts frames as the paper does at 25 Hz:
 // there a second is 25 frames at any rate of the recording.
 struct TrackLifeOptions {
-  double confirm_s = 0.08;  // birth to the confirming update
+  double confirm_s = 0.08;  // birth to the confirming update, without misses
   double max_age_s = 0.4;   // deleted this long after the last update
   // Detections with fewer found joints are treated as noise and ignored.
   double min_found_joints = 5.0;  // of 17
   // Also write the frames of a track before its confirmation.
   bool backfill = false;
-  // Write confirmed frames without an update when an update follows within
-  // this time: the estimator bridges them. 0: never.
+  // Gaps of a confirmed track (frames without an update, followed by one) are
+  // written up to this length: the estimator bridges them. 0: never.
   double max_gap_s = 0.0;
   // Offline: associate the whole recording again with the smoothed tracks
   // (core/tracking/second_pass.h).
@@ -108,7 +108,8 @@ struct TrackerOptions {
   }
 
   // These options with track life and reach converted to frames of a
-  // recording's nominal rate.
+  // recording's nominal rate. In paper mode reach and prediction horizon become
+  // 0, and every seen joint can count as lost (LostRule::kSeen).
   TrackerOptions At(double frame_rate_hz) const;
 
   // Tables [association], [reconstruction], [initialisation], [tracking],

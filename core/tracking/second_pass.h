@@ -76,8 +76,8 @@ class SecondPass {
   // detections while two or more views agree. Frames with fewer views are also
   // written if they lie in between, or if they are at the very end, one view
   // sees the person and the estimate is sufficiently certain. Stops when no
-  // views have agreed for the age limit of a lost track, or where another
-  // person stands.
+  // views have agreed for the age limit of a lost track, where another person
+  // stands and, backward, 2 s before the run.
   void ExtendEnds(const std::vector<TrackFrame>& first_pass,
                   const std::set<TrackId>& but);
 
@@ -104,8 +104,8 @@ class SecondPass {
     EndFollower follower;
     int end = 0;  // number of the extension
   };
-  // Number of views matched with the person that agree; kInOneView: also
-  // several that do not agree, kInTwoViews: two or more.
+  // kInNoView: no view is matched with the person; kInOneView: one is, or
+  // several that do not agree; kInTwoViews: two or more that agree.
   enum class Seen { kInNoView, kInOneView, kInTwoViews };
   // A frame beyond an end that was given to an estimator.
   struct Beyond {

@@ -75,9 +75,9 @@ class ViewMemory {
 enum class TrackState { kTentative, kConfirmed, kDeleted };
 
 // Track life, after the code of Chu et al. (2021; the paper does not specify
-// it): confirmed after a number of hits; a tentative track is deleted at its
-// first miss, any track when its last update is too old. Misses do not reset
-// hits.
+// it): confirmed after a number of hits (updates); a tentative track is deleted
+// at its first miss (no view matched), any track when its last update is too
+// old. Misses do not reset hits.
 // Where the detector does not run on every frame (LookRhythm), a hit counts as
 // the frames that it represents; two hits that represent confirm_hits frames
 // are then enough.
@@ -117,8 +117,9 @@ class TrackLife {
   TimeNs last_update_;
 };
 
-// Decides which frames of a track are written. Tentative frames wait for
-// confirmation (or are dropped), gaps wait for the update that closes them.
+// Decides which frames of a track are written. Tentative frames with an update
+// wait for confirmation if TrackLifeOptions::backfill, else they are dropped;
+// gaps wait for the update that closes them.
 class WriteGate {
  public:
   WriteGate(const TrackLifeOptions& options, const FrameClock& clock)
