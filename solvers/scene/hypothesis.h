@@ -89,7 +89,8 @@ struct Answer {
   double stature_m = 0.0;  // of the people, if determined
   std::optional<CameraRig> cameras;
   std::optional<DetectionSequence> detections;
-  // The matches with these changes, if known; otherwise Match() is called.
+  // Segments of the matches with these changes, if known; otherwise, from the
+  // stage kStrangers on, Match() is called.
   std::optional<SceneSegments> segments;
   std::vector<size_t> strangers;
 };
@@ -103,9 +104,9 @@ enum class Stage {
   kTwins,      // two views with the same calibration
   kReadings,   // reinterpretations of files, images and clocks of the views
   kWorld,      // other examinations before the whole recording is tracked
-  kStrangers,  // with the tracker's matches: views without matches
+  kStrangers,  // with the tracker's matches: views with hardly any
   kJumps,      // with the matches: images that were lost or duplicated
-  kMatches,    // with the matches: residuals
+  kMatches,    // with the matches: speeds, lenses, residuals
 };
 
 struct Hypothesis {
