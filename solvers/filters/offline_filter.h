@@ -20,10 +20,10 @@ namespace kinegraph {
 // joint is bridged and inferred. A longer gap splits the signal into
 // independent segments, and the joint is missing in it, as before its first and
 // after its last sample. Bridged positions are interpolated linearly before
-// filtering; the list below states
-// which filters use them. Where `cutoff_per` is the body, a filter whose
-// cut-off is chosen by a rule runs twice: the second time all joints use the
-// median of the chosen cut-offs, weighted by number of frames.
+// filtering; the list below states which filters use them. Where `cutoff_per`
+// is the body, a filter whose cut-off is chosen by a rule runs twice: the
+// second time all joints use the median of the chosen cut-offs, weighted by
+// number of frames.
 //
 // Last() is the newest initial pose and Predict() returns it unchanged, so it
 // should not be used for association. Throws OptionError for bad options;

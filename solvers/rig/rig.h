@@ -77,9 +77,9 @@ struct RigResult {
   std::vector<RigView> views;        // one per view of the detections
   // The joined views: their indices, cameras (the scale assumes a stature or,
   // for subjects other than people, a `size_m` of 3 m; the axes and origin of
-  // the world are arbitrary), the parameters estimated for
-  // each camera (indices of CameraChange, without k1 and k2) and the covariance
-  // matrix of these parameters of all cameras.
+  // the world are arbitrary), the parameters estimated for each camera (indices
+  // of CameraChange, without k1 and k2) and the covariance matrix of these
+  // parameters of all cameras.
   std::vector<int> used;
   CameraRig cameras;
   std::vector<std::vector<int>> places;

@@ -79,9 +79,9 @@ DetectionSequence FramesMoved(const DetectionSequence& detections,
 struct PairAgreement {
   double gain = 0.0;      // summed over matched people, each 0 .. 1
   double possible = 0.0;  // people that could have been matched
-  // Distances from the epipolar lines [px], summed over `possible`; an
-  // unmatched person contributes a tenth of the mean size of the people in the
-  // first view.
+  // Distances from the epipolar lines [px], summed over `possible`: a person
+  // contributes a tenth of the mean size of the people in the first view, times
+  // 1 - gain if matched.
   double distance_px = 0.0;
 
   double score() const { return possible > 0.0 ? gain / possible : 0.0; }
