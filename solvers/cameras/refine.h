@@ -66,7 +66,9 @@ struct Refinement {
 };
 
 // Refines clocks first, then cameras, because a clock error looks like a shift
-// in the direction of walking, which a change of the camera would absorb.
+// in the direction of walking, which a change of the camera would absorb. If a
+// clock is estimated farther from the median than motion segments can
+// determine, the clocks are rejected and the cameras refined without them.
 Refinement RefineScene(const CameraRig& cameras,
                        const DetectionSequence& detections,
                        const FrozenMatches& matches,

@@ -14,7 +14,7 @@ namespace kinegraph {
 // Integers only: their sums are the same in any order, so a run's counts do not
 // depend on its threads.
 struct SolveCounts {
-  int64_t solves = 0;            // whose result an estimator used
+  int64_t solves = 0;  // without those that only provide a start for Ceres
   int64_t sweep_iterations = 0;  // of the block-tridiagonal solver
   int64_t ceres_problems = 0;    // ceres::Problem objects solved
   int64_t ceres_iterations = 0;
