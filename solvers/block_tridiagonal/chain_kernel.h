@@ -21,8 +21,8 @@
 
 namespace kinegraph {
 
-// A camera as the View of a reprojection factor over packs; records in which
-// lanes there is an image.
+// A camera as the View of a reprojection factor over packs. Project always
+// returns true; `visible` receives the lanes in which there is an image.
 template <typename T>
 struct LaneCamera {
   const CameraModel* camera;

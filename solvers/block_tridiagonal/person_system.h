@@ -13,9 +13,9 @@ namespace kinegraph {
 // selected inversion, frames as blocks. To bound memory, the results of the
 // backward sweep are kept for one segment of frames at a time, of about
 // `segment_bytes` but at least eight frames, and recomputed for the next.
-// `correction` as from
-// InformationCorrection. Fills covariances[joint][frame] for frames before
-// `frame_end`. False if the information is not positive definite.
+// `correction` as from InformationCorrection. Fills covariances[joint][frame]
+// for frames before `frame_end`. False if the information is not positive
+// definite.
 bool PersonCovariances(const PersonProblem& problem, double correction,
                        size_t frame_end,
                        std::vector<std::vector<Matrix6d>>* covariances,

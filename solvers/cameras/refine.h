@@ -57,7 +57,8 @@ struct Refinement {
   std::vector<RefineStep> steps;
   double largest_correlation = 0.0;  // between a clock and a camera parameter
   int64_t segments = 0;              // number of motion segments used
-  // Frame numbers by which each view was shifted beforehand; part of `changes`.
+  // Frame numbers by which each view was shifted before RefineScene. Set by its
+  // caller, which also includes these lags in the offsets of `changes`.
   std::vector<int64_t> lag_numbers;
   bool hardly_moves = false;  // too little motion to determine clocks
 
@@ -65,7 +66,9 @@ struct Refinement {
 };
 
 // Refines clocks first, then cameras, because a clock error looks like a shift
-// in the direction of walking, which a change of the camera would absorb.
+// in the direction of walking, which a change of the camera would absorb. If a
+// clock is estimated farther from the median than motion segments can
+// determine, the clocks are rejected and the cameras refined without them.
 Refinement RefineScene(const CameraRig& cameras,
                        const DetectionSequence& detections,
                        const FrozenMatches& matches,

@@ -27,12 +27,13 @@ void ForEachJoint(DetectionSequence* detections, const Visit& visit) {
   }
 }
 
-// A frame of a person with the matched detections.
+// A detection matched with a person.
 struct SeenView {
   int view = 0;
   const Detection* detection = nullptr;
   TimeNs capture_time = 0;
 };
+// A frame of a person with the matched detections.
 struct SeenFrame {
   TimeNs time = 0;
   std::vector<SeenView> views;

@@ -22,9 +22,11 @@ inline constexpr double kNearestDepthM = 0.1;
 // lens. `offset_s` is the view's own capture time minus the frame's time. The
 // sigma is constant: a state-dependent one would lower the cost of states that
 // increase it.
-// Evaluate returns false where the point cannot be projected: nearer than
-// kNearestDepthM, behind the camera or outside the lens's region; solvers gate
-// such measurements at their start. A single view does not determine the depth.
+// Evaluate returns false where View::Project does: if the point cannot be
+// projected, because it is nearer than kNearestDepthM, behind the camera or
+// outside the lens's region. (A View over packs returns true and reports this
+// by lane.) Solvers gate such measurements at their start. A single view does
+// not determine the depth.
 //
 // View has bool Project(const T* point, T* px, T (*by_point)[3]) const;
 // `by_point`, 2x3 [px/m], may be null.

@@ -253,8 +253,8 @@ std::vector<FilterSection> ButterworthLowPass(int order, double cutoff_hz,
 }
 
 double TwoPassCutoff(int order, double cutoff_hz, double rate_hz) {
-  // Both passes: 1 / (1 + r^2n), r the ratio of analogue frequencies, is 1 /
-  // sqrt(2) at r = (sqrt(2) - 1)^(1/2n).
+  // Both passes together have the gain 1 / (1 + r^2n), r the ratio of analogue
+  // frequencies; it is 1 / sqrt(2) at r = (sqrt(2) - 1)^(1/2n).
   const double ratio = std::pow(std::sqrt(2.0) - 1.0, 0.5 / order);
   return std::atan(Prewarp(cutoff_hz, rate_hz) / ratio) * rate_hz / M_PI;
 }

@@ -22,9 +22,9 @@ struct JointPoint {
 };
 
 // Points of one person. A joint has a point in a frame if two or more of the
-// frame's own views support it: views that the joints filter kept, or that have
-// at least kInlierWeight in the robust triangulation. Views of older frames are
-// not used.
+// frame's own views support it: views that the tracker's epipolar filter kept
+// (kDlt), or that have at least kInlierWeight in the robust triangulation
+// (kRobust). Views of older frames are not used.
 //
 // Sigmas (PixelSigma) refer to the depth of the person's last initial pose.
 class JointPoints {

@@ -16,13 +16,14 @@ namespace kinegraph {
 // JointPoints.
 //
 // Gaps are treated alike for every filter. Between two samples at most
-// `max_gap_s` apart (plus half a frame) the joint is bridged and inferred. A
-// longer gap splits the signal into independent segments, and the joint is
-// missing in it, as before its first and after its last sample. Bridged
-// positions are interpolated linearly before filtering; the list below states
-// which filters use them. Where `cutoff_per` is the body, a filter whose
-// cut-off is chosen by a rule runs twice: the second time all joints use the
-// median of the chosen cut-offs, weighted by number of frames.
+// `max_gap_s` (or one frame, if that is longer) plus half a frame apart, the
+// joint is bridged and inferred. A longer gap splits the signal into
+// independent segments, and the joint is missing in it, as before its first and
+// after its last sample. Bridged positions are interpolated linearly before
+// filtering; the list below states which filters use them. Where `cutoff_per`
+// is the body, a filter whose cut-off is chosen by a rule runs twice: the
+// second time all joints use the median of the chosen cut-offs, weighted by
+// number of frames.
 //
 // Last() is the newest initial pose and Predict() returns it unchanged, so it
 // should not be used for association. Throws OptionError for bad options;
@@ -33,10 +34,10 @@ std::unique_ptr<Estimator> MakeOfflineFilter(
 
 // A fixed cut-off must be below half the nominal frame rate `rate_hz`
 // (OptionError). Rules, cut-offs and windows use the segment's own rate where
-// it differs; a cut-off too high for that rate becomes 45 % (recursive filters)
-// or half (Whittaker) of that rate. The recursive filters and Savitzky-Golay
-// need uniform time: they throw InputError for a step more than half a frame
-// off nominal.
+// it differs by more than 0.5 %; a cut-off too high for that rate becomes 45 %
+// (recursive filters) or half (Whittaker) of that rate. The recursive filters
+// and Savitzky-Golay need uniform time: they throw InputError for a step more
+// than half a frame off nominal.
 //
 // Bridged frames: the Gaussian, the centred median, the recursive filters and
 // Savitzky-Golay treat the linear bridge as samples; PointsAsTheyAre returns

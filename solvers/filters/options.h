@@ -208,8 +208,10 @@ struct FilterOptions {
 };
 
 enum class VelocityRule {
-  kOverTime,   // mean of the last differences over the actual time between them
-  kPerUpdate,  // the authors' code: per stored pose, regardless of gaps
+  kOverTime,  // mean of the last differences over the actual time between them
+  // Per stored pose, regardless of gaps, as in the code of the paper's authors
+  // (causal_gaussian.h).
+  kPerUpdate,
 };
 
 struct CausalGaussianOptions {

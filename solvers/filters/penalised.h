@@ -75,7 +75,7 @@ std::unique_ptr<PenalisedCurve> MakeQuinticSpline(
 // frame at i|, i.e. straight pieces with few kinks. Their primal-dual
 // interior-point method on the dual, a quadratic program with bounds |u_i| <=
 // lambda, starting at u = 0 for every column. lambda is in the unit of the
-// values.
+// values. Fewer than three values are unchanged.
 Samples TrendFilter(double lambda, const std::vector<double>& times,
                     const Samples& values);
 

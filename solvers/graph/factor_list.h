@@ -1,14 +1,15 @@
 // A person's factors: the factors of each joint, from
-// solvers/factors/factors.h, and the factors that couple joints. Covariances,
-// marginalisation, couplings and Ceres use this list;
+// solvers/factors/factors.h, and the factors that couple joints. Covariances of
+// coupled joints, marginalisation and the couplings of the block-tridiagonal
+// solver iterate over this list, and Ceres takes its factors from it;
 // solvers/block_tridiagonal/chain_kernel.h iterates over the joints' factors in
 // packs instead.
 //
 // A visitor is called as
 //   bool visit(const Factor& factor, const Keys<Factor::kKeys>& keys,
 //              const Robustness& robustness)
-// for each factor; returning false ends the iteration. Factors are passed by
-// value and may be kept; they point into the problem.
+// for each factor; returning false ends the iteration. `factor` is a temporary
+// that points into the problem; a copy of it may be kept.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 #define KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
 

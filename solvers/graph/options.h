@@ -121,8 +121,9 @@ struct GraphOptions {
   int64_t max_iterations = 300;    // of the last stage; earlier stages: 3
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
   // The batch solves a long recording in chunks of one to two times this
-  // length, overlapping their neighbours by 1.1 s or more on both sides
-  // (MakeChunks); 0 for the recording as a whole [s].
+  // length, overlapping their neighbours on both sides by 1.1 s, or more where
+  // a joint is rarely measured (MakeChunks); 0 for the recording as a whole
+  // [s].
   double chunk_s = 10.0;
 
   // The following are not configuration keys; they are set in code only.

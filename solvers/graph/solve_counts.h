@@ -14,22 +14,23 @@ namespace kinegraph {
 // Integers only: their sums are the same in any order, so a run's counts do not
 // depend on its threads.
 struct SolveCounts {
-  int64_t solves = 0;            // whose result an estimator used
+  int64_t solves = 0;  // without those that only provide a start for Ceres
   int64_t sweep_iterations = 0;  // of the block-tridiagonal solver
   int64_t ceres_problems = 0;    // ceres::Problem objects solved
   int64_t ceres_iterations = 0;
-  // Decrease of the cost from the start to Ceres' result, in millionths.
+  // Decrease of the cost in the last stage of Ceres' solves, in millionths.
   int64_t ceres_decrease_millionths = 0;
 
   // Failures.
-  int64_t not_converged = 0;  // solves that reached their maximum of iterations
+  int64_t not_converged = 0;  // solves that ended before they converged
   int64_t not_finite = 0;     // solves without a finite result
   int64_t bones_dropped = 0;  // solves that continued without bones
   // Positions of one joint in one frame that still moved by 5 cm or more along
   // an axis: their views lost their weight, so that status and covariance
   // reflect it.
   int64_t positions_in_doubt = 0;
-  // Problems with a covariance that is not positive definite.
+  // Problems in which a joint has no covariance, because its information is not
+  // positive definite.
   int64_t no_covariance = 0;
 
   // Whether no solve had any trouble.

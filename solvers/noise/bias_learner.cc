@@ -32,7 +32,7 @@ int64_t FloorDivide(TimeNs time, TimeNs step) {
   return time >= 0 ? time / step : -((-time + step - 1) / step);
 }
 
-// Adds the contribution of a view to the joint's coefficients, at its position.
+// Adds a view to the sums of its joint, except for a shift of its images.
 void AddView(const BiasView& view, double independent, BiasSums* sums) {
   const auto& features = view.direction.features;
   const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
@@ -59,7 +59,7 @@ void AddView(const BiasView& view, double independent, BiasSums* sums) {
   sums->independent += independent;
 }
 
-// Adds the contribution of a shift of the view's images.
+// Adds the terms of a shift of the view's images.
 void AddShift(const BiasView& view, BiasSums* sums) {
   const auto at = static_cast<size_t>(view.view_idx);
   if (sums->views.size() <= at) sums->views.resize(at + 1);

@@ -72,7 +72,8 @@ struct BiasView {
   // Observed minus projected.
   Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
   Matrix23d jacobian = Matrix23d::Zero();  // d pixel / d point
-  double per_sigma = 1.0;  // root of the robust weight, over sigma [1/px]
+  // Root of the robust weight times the information, over sigma [1/px].
+  double per_sigma = 1.0;
 };
 
 // Adds the views of a joint in a frame, at its solution's position; each

@@ -26,8 +26,8 @@ struct NormalEquations {
   int views = 0;
 };
 
-// At the position of `at` and, because cameras capture at different times, with
-// its velocity.
+// The equations at the state `at`; its velocity matters because cameras capture
+// at different times.
 NormalEquations Linearise(const JointChain& chain, size_t k,
                           double inlier_weight, const State& at) {
   NormalEquations sum;

@@ -475,8 +475,9 @@ std::vector<KnownBone> BoneLengths::Known() const {
 }
 
 std::optional<double> BoneLengths::Length(int bone_idx) const {
-  // Observations within kLook, the correlation time of a detector's errors,
-  // count as one independent observation with the accuracy kLookSigma.
+  // Observations within kLook, twice the typical correlation time of a
+  // detector's errors, count as one independent observation with the accuracy
+  // kLookSigma.
   constexpr double kLook = 0.2;           // s
   constexpr double kLookSigma = 0.04;     // m
   constexpr double kEnoughSeconds = 1.0;  // without a population's length

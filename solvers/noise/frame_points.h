@@ -100,12 +100,14 @@ class FrameTriangulator {
   const ConfidenceWeighting& weighting() const { return weighting_; }
 
   // Loads the measurements of frame `k`, with the modelled sigmas and without
-  // the known bias, and triangulates by least squares over all views. False if
-  // fewer than two views see the joint, or if they leave a direction
-  // undetermined.
+  // the known bias, and triangulates by least squares. Leaves out views whose
+  // pixel cannot be undistorted or into which the joint's DLT cannot be
+  // projected. False if fewer than two views remain, or if they leave a
+  // direction undetermined.
   bool Load(const JointChain& chain, size_t k);
 
-  // The least-squares position of a joint over all views.
+  // The least-squares position of a joint over the views that were not left
+  // out.
   struct Start {
     Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
     bool found = false;

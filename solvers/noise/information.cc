@@ -139,8 +139,8 @@ Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
     const double power = u * u * u * u;
     return Passed(u) * Passed(u) * power * power * spectrum(u * at.frequency);
   });
-  // Integrated over the whole band, because most of it lies above the
-  // crossover.
+  // The first pass's noise is integrated over the whole band, because most of
+  // it lies above the crossover.
   constexpr int kBandSteps = 96;
   double first = 0.0;
   for (int i = 0; i < kBandSteps; ++i) {

@@ -12,7 +12,7 @@
 namespace kinegraph {
 
 // Correlation of a detector's errors over time: share * exp(-|dt| / time_s) for
-// dt > 0; the rest of the variance is white.
+// dt != 0; the rest of the variance is white.
 struct ErrorCorrelation {
   double share = 0.0;  // 0 .. 1
   double time_s = 0.1;

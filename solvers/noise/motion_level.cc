@@ -91,7 +91,7 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
     time_ = time;
     Start(*point);
   }
-  // Threshold on the mean over axes of e^2 / S.
+  // Threshold on the mean over axes of (z - H x)^2 / S.
   constexpr double kOutlier = 3.0;
   const double dt_s = ToSeconds(time - *time_);
   time_ = time;
@@ -110,7 +110,7 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
   for (int level = 0; level < kLevelCount; ++level) {
     std::array<Axis, 3>& axes = filters_[level];
     std::array<Innovation, 3> innovations;
-    double mean = 0.0;        // of e^2 / S over the axes
+    double mean = 0.0;        // of (z - H x)^2 / S over the axes
     double log_spread = 0.0;  // sum of ln S over the axes
     for (int i = 0; i < 3; ++i) {
       Innovation& seen = innovations[i];

@@ -122,8 +122,8 @@ double EstimateNoiseScale(std::vector<double> squares);
 // Multiplies all sigmas.
 void ScaleSigmas(double scale, PersonProblem* problem);
 
-// Estimates the scale from frames that have left a window. Keeps a bounded
-// number of the newest residuals.
+// Estimates the scale from the frames of a window that become final. Keeps a
+// bounded number of the newest residuals.
 class CausalNoiseScale {
  public:
   double scale() const { return scale_; }

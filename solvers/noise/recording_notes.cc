@@ -38,8 +38,8 @@ void AddClass(const LearntNoise::OfClass& from, LearntNoise::OfClass* to) {
   to->joints_seen += from.joints_seen;
 }
 
-// Throws if a learnt value is negative or not finite, which is an internal
-// error.
+// Throws if a learnt value is not finite or, except for the confidence power,
+// negative, which is an internal error.
 void RequireFinite(const LearntNoise& learnt) {
   const auto require = [](double value, const char* what) {
     if (std::isfinite(value) && value >= 0.0) return;

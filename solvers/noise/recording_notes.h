@@ -38,7 +38,7 @@ class RecordingNotes {
 
   // Announces another pass after this one. This pass then keeps people's
   // solutions, whose residuals determine the detector's bias if the options
-  // request it.
+  // request one and do not give it.
   void ExpectAnotherPass();
   bool expects_another_pass() const { return expects_another_pass_; }
   // Starts another pass over the same recording: fits the detector's bias from

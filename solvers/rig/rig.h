@@ -62,7 +62,7 @@ struct RigView {
   LeftOutPx left_out_px;
   // Difference between the fits to the two halves of the joints (of the frames,
   // for skeletons with too few joints), in units of the limits for a calibrated
-  // view.
+  // view; 0 if a half does not suffice for a fit.
   double halves_apart = 0.0;
   double agreement = 0.0;  // with the other views (PairAgreement::score)
   std::string left_out;    // why it is left out; empty if accurate enough
@@ -75,17 +75,19 @@ struct RigResult {
   RigVerdict verdict = RigVerdict::kRefused;
   std::vector<std::string> reasons;  // what is undetermined, and remedies
   std::vector<RigView> views;        // one per view of the detections
-  // The joined views: their indices, cameras (the scale assumes a stature, the
-  // axes and origin of the world are arbitrary), the parameters estimated for
-  // each camera (indices of CameraChange, without k1 and k2) and the covariance
-  // matrix of these parameters of all cameras.
+  // The joined views: their indices, cameras (the scale assumes a stature or,
+  // for subjects other than people, a `size_m` of 3 m; the axes and origin of
+  // the world are arbitrary), the parameters estimated for each camera (indices
+  // of CameraChange, without k1 and k2) and the covariance matrix of these
+  // parameters of all cameras.
   std::vector<int> used;
   CameraRig cameras;
   std::vector<std::vector<int>> places;
   Eigen::MatrixXd covariance;
   bool clocks_told = false;  // whether clocks are known to less than a frame
   // Probability that every joined view is within 0.3 degrees and 1 % of
-  // `size_m`.
+  // `size_m`; halved if, for some view, another explanation fits nearly as
+  // well.
   double likely_right = 0.0;
   double likely_by_lenses = 0.0;  // the same given exact lenses
   // Describes focal lengths whose estimates differ from the stated values;

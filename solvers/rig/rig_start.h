@@ -40,9 +40,10 @@ struct RigSearch {
 RigStart FindRigStart(const DetectionSequence& recording,
                       const CameraRig& intrinsics, const RigSearch& search);
 
-// The people of the joined views: tracklets merged by the matches of the pairs,
-// in the order of decreasing gain times duration. View indices are positions
-// among the joined views; frames refer to `recording` realigned by the lags.
+// The people seen by at least two joined views: tracklets merged by the matches
+// of the pairs, matches of the largest gain times duration first. View indices
+// are positions among the joined views; frames refer to `recording` realigned
+// by the lags.
 FrozenMatches PeopleOf(const DetectionSequence& recording,
                        const RigStart& start);
 

@@ -415,8 +415,8 @@ class PairSearch {
 
   // The best explanation with another pose in which the longest match of `best`
   // (from WithExactLag) is replaced: people who move alike, as two who dance
-  // face to face, can be exchanged. TryLag finds one of such explanations,
-  // rarely both.
+  // face to face, can be exchanged. Of the two explanations TryLag usually
+  // finds only one.
   Explanation Exchanged(const Explanation& best) {
     constexpr int kExchangeDraws = 240;
     constexpr double kLeastShare = 0.2;  // of the time of the longest match

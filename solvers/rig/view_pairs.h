@@ -51,9 +51,10 @@ struct PairFit {
   // the rival has up to two thirds of the evidence (typically a fifth), for
   // simulated people who walk in circles at a constant speed at least 0.93.
   bool is_undecided() const { return rival >= 0.8 * evidence; }
-  // Whether another pose at this lag does, with people exchanged. In simulated
-  // rooms it has typically a tenth of the evidence and at most 0.6 to 0.7, for
-  // two people who do the same face to face 0.7 and more.
+  // Whether another pose at this lag, with people exchanged, explains nearly as
+  // much. In simulated rooms that pose has typically a tenth of the evidence
+  // and at most 0.6 to 0.7 of it, for two people who do the same face to face
+  // 0.7 and more.
   bool is_pose_undecided() const { return rival_pose >= 0.67 * evidence; }
 };
 

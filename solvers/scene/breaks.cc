@@ -348,7 +348,7 @@ size_t FrameOf(const std::vector<OwnAndOthers>& frames, const LevelBins& bins,
 
 // The clearest break, or nullopt: a step in one view's agreement over the
 // frames. With fewer than three views it cannot be attributed to a view. A lost
-// image has the same effect.
+// image has the same effect on the agreement.
 std::optional<CameraBreak> FindCameraBreak(
     const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
     const DetectionSequence& detections) {

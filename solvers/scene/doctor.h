@@ -65,8 +65,8 @@ struct Finding {
 };
 
 // In fixes, RECORDING stands for the recording's files and INPUTS for these and
-// the configuration; commands replace both (NameInputs). In kUseCorrected, the
-// command that writes cameras.json fills in its path.
+// the configuration; commands replace both (NameInputs). A command that writes
+// cameras.json replaces kUseCorrected by a flag with its path.
 inline constexpr char kUseCorrected[] = "--cameras=cameras.json of this report";
 inline constexpr char kLookCloser[] = "kinegraph doctor INPUTS --out=doctor";
 inline constexpr char kRefineClocks[] = "--set=cameras.refine_clock=true";

@@ -364,8 +364,9 @@ class Explainer {
     const double lower = LowerShare();
     return lower > kLeast && lower < 1.0 - kLeast;
   }
-  // Whether only legs, or only the rest of the body, are seen. False for
-  // skeletons without hip joints, which have no joint classes.
+  // Whether hardly anything but legs, or hardly anything but the rest of the
+  // body, is seen. False for skeletons without hip joints, which have no joint
+  // classes.
   bool OneClassDecides() const {
     const auto& classes = segments_.classes;
     return !HasBoth() &&
@@ -373,8 +374,8 @@ class Explainer {
                        [](JointClass one) { return one == JointClass::kHip; });
   }
 
-  // Number of independent biases of a view: joint classes, times people (at
-  // most three are counted).
+  // Number of independent biases of a view: joint classes (each joint of no
+  // class counts as one), times people (at most three are counted).
   double CellCount(size_t view) const {
     std::set<int> classes;
     std::map<int, int> people;

@@ -215,9 +215,10 @@ std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
 
 // ---- Views with one calibration ----
 
-// Two views with the same calibration: the view that agrees less with the
-// others has the other's calibration. It is excluded from the hypotheses that
-// follow, which would otherwise compensate with a clock or a rotation.
+// Two views with the same calibration: of the two, the one that agrees less
+// with the remaining views was given the calibration of the other one. It is
+// excluded from the hypotheses that follow, which would otherwise compensate
+// with a clock or a rotation.
 std::optional<Answer> AskForTwins(const SetUp& set_up) {
   const auto alike = [&](size_t a, size_t b) {
     const Camera& one = set_up.cameras[a];

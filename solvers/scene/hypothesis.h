@@ -89,7 +89,8 @@ struct Answer {
   double stature_m = 0.0;  // of the people, if determined
   std::optional<CameraRig> cameras;
   std::optional<DetectionSequence> detections;
-  // The matches with these changes, if known; otherwise Match() is called.
+  // Segments of the matches with these changes, if known; otherwise, from the
+  // stage kStrangers on, Match() is called.
   std::optional<SceneSegments> segments;
   std::vector<size_t> strangers;
 };
@@ -103,9 +104,9 @@ enum class Stage {
   kTwins,      // two views with the same calibration
   kReadings,   // reinterpretations of files, images and clocks of the views
   kWorld,      // other examinations before the whole recording is tracked
-  kStrangers,  // with the tracker's matches: views without matches
+  kStrangers,  // with the tracker's matches: views with hardly any
   kJumps,      // with the matches: images that were lost or duplicated
-  kMatches,    // with the matches: residuals
+  kMatches,    // with the matches: speeds, lenses, residuals
 };
 
 struct Hypothesis {
@@ -139,7 +140,7 @@ std::optional<Answer> AskResiduals(const SetUp& set_up);
 // confidence of a certain finding is 0.95, never 1.
 double Shared(double confidence, size_t count);
 
-// A finding whose correction makes the views agree.
+// A finding whose correction increases the agreement of the views, by `gain`.
 Finding Found(const char* kind, const std::string& camera,
               const AgreementGain& gain, const std::string& fix,
               const std::string& what);
@@ -179,8 +180,9 @@ std::string MirrorFlag(const std::vector<std::string>& mirrors,
 // The MirrorText of each camera if y counts from the bottom of the images.
 std::vector<std::string> FromTheBottom(const CameraRig& cameras);
 
-// Number of people in 3D whose nose lies behind the shoulders. If nearly all
-// do, left and right are exchanged or the world is mirrored.
+// Number of people in 3D whose nose lies behind the shoulders, among those
+// looked at. If these are most people, left and right are exchanged or the
+// world is mirrored.
 struct Noses {
   int backwards = 0;
   int looked_at = 0;

@@ -79,9 +79,9 @@ DetectionSequence FramesMoved(const DetectionSequence& detections,
 struct PairAgreement {
   double gain = 0.0;      // summed over matched people, each 0 .. 1
   double possible = 0.0;  // people that could have been matched
-  // Distances from the epipolar lines [px], summed over `possible`; an
-  // unmatched person contributes a tenth of the mean size of the people in the
-  // first view.
+  // Distances from the epipolar lines [px], summed over `possible`: a person
+  // contributes a tenth of the mean size of the people in the first view, times
+  // 1 - gain if matched.
   double distance_px = 0.0;
 
   double score() const { return possible > 0.0 ? gain / possible : 0.0; }
@@ -175,8 +175,8 @@ std::optional<Eigen::Vector3d> PlacedJoint(const PlacedPerson& person,
                                            const std::string& name);
 
 // Stature [m] of the people seen, from trunk, thigh and shank of the people on
-// whom two views agree: the median, and the number of measurements. Joints are
-// found by name.
+// whom two views agree: the median, and the number of measurements (one per
+// side of a body; none if the skeleton is not human). Joints are found by name.
 struct Stature {
   double median_m = 0.0;
   int count = 0;

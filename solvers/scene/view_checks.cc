@@ -28,14 +28,15 @@ struct OtherRate {
   double offset = 0.0;
   AgreementGain gain;  // with the others
 
-  // The view's frame nearest in time to frame `number`, and how many frames
-  // earlier it was captured; nullopt if it is nearer to another frame.
   struct Shown {
-    int64_t number = 0;
-    double earlier = 0.0;
+    int64_t number = 0;    // of the view's frame, in its own files
+    double earlier = 0.0;  // [frames of the other views]
   };
-  std::optional<Shown> At(int64_t number) const {
-    const auto stated = static_cast<double>(number);
+  // The view's frame nearest in time to frame `wanted` of the other views, and
+  // how much earlier than that it was captured; nullopt if it is nearer to
+  // another frame.
+  std::optional<Shown> At(int64_t wanted) const {
+    const auto stated = static_cast<double>(wanted);
     Shown shown;
     shown.number = std::llround(factor * stated + offset);
     shown.earlier =
@@ -113,8 +114,8 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
       for (const double offset : {together, 0.0}) {
         one.offset = offset;
         one.gain.after = with_others(one.Of(set_up.ideal[v], files, frames));
-        // At least three tenths of the frames that can have a partner at this
-        // rate must have one.
+        // At least three tenths of the people that can be compared at this rate
+        // must be compared.
         const double most =
             std::min(1.0, one.factor) * one.gain.before.possible;
         if (one.gain.after.possible >= 0.3 * most && one.gain.is_enough() &&
