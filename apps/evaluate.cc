@@ -61,7 +61,7 @@ DEFINE_string(annotated, "",
               "identity: who is annotated: everybody, or some (poses far from "
               "all annotated people are then ignored); empty: some for "
               "actorsGT.mat of Shelf and Campus, else everybody");
-DEFINE_bool(lost, false, "PCP: list every lost part");
+DEFINE_bool(lost, false, "PCP: list every incorrect part");
 DEFINE_string(cameras, "",
               "cameras, held_out_camera: calibration file or folder");
 DEFINE_string(detections, "", "held_out_camera: 2D detections");

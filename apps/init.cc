@@ -219,8 +219,9 @@ std::string ConfigText(const RecordingSurvey& survey) {
       "recording at\n"
       "# once, with bone lengths and a second pass. For results with a delay "
       "of 0.4 s:\n"
-      "# output.estimator = \"window\", graph.bones and tracking.second_pass = "
-      "false.\n"
+      "# output.estimator = \"window\", and graph.bones, tracking.second_pass "
+      "and\n"
+      "# identity.link = false.\n"
       "# All keys: `kinegraph track --keys`.\n"
       "mode = \"graph\"\n\n[input]\n";
   text += fmt::format(

@@ -925,7 +925,8 @@ void BindKinematics(py::module_& m) {
       .def_readonly("notes", &KinematicsTable::notes,
                     "Quantities that are omitted, with the reason.")
       .def_readonly("up", &KinematicsTable::up,
-                    "(3,) unit vector upwards in the world, as used.")
+                    "(3,) unit vector upwards in the world, as used; None if "
+                    "unknown.")
       .def_property_readonly(
           "frames",
           [](const KinematicsTable& t) {

@@ -1,7 +1,7 @@
 // Accuracy of identities on synthetic scenes: people who cross, are hidden,
 // leave and return, and recorded clips placed in one room. Prints a Markdown
 // table for paper mode, graph mode without and with linking
-// (core/identity/linking.h), and the tracklets of graph mode joined by the
+// (core/identity/linking.h), and the tracks of graph mode joined by the
 // truth, which is the best that linking alone could reach.
 //
 //   identity_accuracy [--scenes=A,B] [--seeds=FIRST:END] [--set=KEY=VALUE;...]
@@ -90,7 +90,7 @@ double DurationS(const Layout& layout) {
 constexpr double kGateM = 0.5;
 constexpr double kLasting =
     1.0;  // s, minimum duration of a persistent exchange
-// Joins with a smaller margin are counted separately: at least one in 13 of
+// Joins with a smaller margin are counted separately: at least one in 14 of
 // them is expected to be wrong.
 constexpr double kClose = 2.5;  // nats
 // Each person is hidden once, for one of these durations.

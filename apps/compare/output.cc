@@ -649,8 +649,8 @@ std::string CompareMarkdown(const CompareResult& result,
       "\nRMS errors on time scales below one second, perpendicular to the ray "
       "of the held-out camera, whose detections have independent errors. "
       "Attainable error: of the best linear filter of the triangulation. The "
-      "last two columns list the joints whose error exceeds the attainable one "
-      "by a quarter (with 99 % confidence) because motion is removed or "
+      "last two columns list the joints whose error exceeds 1.35 times the "
+      "attainable one (with 99 % confidence) because motion is removed or "
       "delayed, or because noise is kept.\n";
   if (comparison.truth.has_value()) {
     text += "\n## Against the ground truth\n\n" + TruthTable(result) +

@@ -61,7 +61,8 @@ void AddSize(const Pose3d& pose, const Limbs& limbs, bool is_human,
   if (size_m > 0.0 && std::isfinite(size_m)) sizes_m->push_back(size_m);
 }
 
-// The scale of humans is 1 unless their measured size is impossible.
+// The scale of humans is 1 unless at least ten sizes are measured and their
+// median is impossible.
 SubjectScale ScaleOfSizes(std::vector<double> sizes_m, bool is_human) {
   constexpr size_t kEnough = 10;
   if (sizes_m.size() < (is_human ? kEnough : 1)) return SubjectScale();

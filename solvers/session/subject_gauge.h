@@ -18,9 +18,9 @@
 
 namespace kinegraph {
 
-// Distance between two joints [m] if both were observed; inferred positions
-// follow from bones or predictions and carry no information about lengths.
-// nullopt for negative indices.
+// Distance between two joints, in the pose's unit, if both were observed;
+// inferred positions follow from bones or predictions and carry no information
+// about lengths. nullopt for negative indices.
 std::optional<double> ObservedDistance(const Pose3d& pose, int a, int b);
 // The midpoint of two joints, under the same conditions.
 std::optional<Eigen::Vector3d> ObservedMiddle(const Pose3d& pose, int a, int b);

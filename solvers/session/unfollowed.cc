@@ -99,7 +99,8 @@ void UnfollowedPeople::See(const DetectionFrame& seen,
 
 void UnfollowedPeople::Continue(const Eigen::AlignedBox2d& box, size_t view,
                                 const DetectionFrame& seen) {
-  constexpr double kNear = 0.3;  // of the larger box, from centre to centre
+  // Distance between the centres, as a fraction of the larger diagonal.
+  constexpr double kNear = 0.3;
   Chain* nearest = nullptr;
   double nearest_px = 0.0;
   for (Chain& chain : chains_) {

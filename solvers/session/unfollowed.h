@@ -42,7 +42,8 @@ class UnfollowedPeople {
  private:
   struct Chain {
     Eigen::AlignedBox2d box;  // when last seen
-    TimeNs time = 0;  // when last seen, or later when the clock stepped back
+    // When last seen, or later if the clock stopped or stepped back.
+    TimeNs time = 0;
     UnfollowedPerson person;
     int64_t frames = 0;
   };
