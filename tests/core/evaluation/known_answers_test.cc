@@ -92,7 +92,8 @@ TEST(KnownAnswersTest, ScoresOfTheAuthorsCodeOnShelf) {
   const TrackSequence tracks =
       ReadTracks(folder + "/reference/paper_code_shelf_warm3.json");
   for (const Row& row : kReferenceRows) ExpectRow(truth, tracks, row);
-  // "Under the other conventions the parts other than head are the same."
+  // README: "Under the other conventions the parts other than head are the
+  // same."
   const PcpResult chu = Evaluate(truth, tracks, kChu, EndpointRule::kMean);
   for (const HeadConversion head : {kMvpose, kVoxelpose, kRaw}) {
     const PcpResult other = Evaluate(truth, tracks, head, EndpointRule::kMean);

@@ -100,7 +100,7 @@ void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
   }
 }
 
-// As above, for observations simulated with these options.
+// Visits the joints of observations that are simulated with these options.
 void ForEachJoint(const Scene& scene, const NoiseOptions& options,
                   const std::function<void(const Sample&)>& visit) {
   ObservationTruth truth;

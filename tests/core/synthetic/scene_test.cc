@@ -260,7 +260,7 @@ TEST(Scene, FrameRateSamplesTheSameMotion) {
   }
 }
 
-TEST(Scene, CamerasSeeTheWholeArea) {
+TEST(Scene, EveryRingSeesMoreThanNineTenthsOfAllJoints) {
   for (const int64_t count : {2, 3, 5, 8, 32}) {
     SceneOptions options = Options(1, 5);
     options.cameras.count = count;

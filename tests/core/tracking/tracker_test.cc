@@ -123,8 +123,8 @@ TEST_F(TrackerTest, AMatchedDetectionStartsNobodyEvenIfTheUpdateFails) {
 TEST_F(TrackerTest, OneViewSufficesWhileOlderViewsCount) {
   const auto tracker = Make();
   Show(tracker.get(), 0, 5, {Stander()});
-  // Only one view sees the person, for four frames: older views are too old
-  // by then and the update fails.
+  // Only one view sees the person in four frames: from the third on, older
+  // views are too old and the update fails.
   for (int f = 5; f < 9; ++f) {
     DetectionFrame seen = See(f, {Stander()});
     for (size_t v = 1; v < seen.views.size(); ++v) {
