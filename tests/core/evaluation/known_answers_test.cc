@@ -21,8 +21,8 @@
 namespace kinegraph {
 namespace {
 
-// Published values have two decimals. The tolerance is half a unit of the last
-// decimal, plus the rounding of a double.
+// Published values have two decimals, some only one or none. The tolerance is
+// half a unit of the last decimal, plus the rounding of a double.
 constexpr double kTwoDecimals = 0.005 + 1e-9;
 constexpr double kOneDecimal = 0.05 + 1e-9;
 

@@ -519,6 +519,7 @@ TEST(Noise, HiddenJointsAreMissingAndNoisier) {
     ASSERT_NE(sample.found, nullptr);
     const bool is_behind = hidden.count(sample.key()) > 0;
     (is_behind ? behind : seen).Add(sample.error());
+    // kHiddenConfidence in noise.cc is 0.9.
     ASSERT_EQ(sample.found->confidence, is_behind ? 0.9 : 1.0);
   });
   seen.ExpectVariance(4.0);

@@ -189,7 +189,7 @@ class ExtendEndsTest : public SecondPassTest {
 
   // The frames in which the second person is written. The first pass has this
   // person in the frames `tracked`; the first views_[f] views see the person in
-  // frame f.
+  // frame f. Tracks of the people in `but` are not extended.
   std::vector<int> Run(const std::vector<int>& tracked,
                        const std::set<TrackId>& but = {}) {
     SecondPass pass = Make();
