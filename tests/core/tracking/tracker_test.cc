@@ -249,7 +249,8 @@ TEST(SeenAtOnePlaceTest, ComparesObservedJointsOnly) {
 }
 
 // Keeps the detections of the first `views` views and adds `strays` copies to
-// the first two views, 60 px or more off each other's epipolar lines.
+// the first two views, moved by multiples of 60 px down in one and up in the
+// other, so that no two agree.
 DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
   for (size_t v = 0; v < seen.views.size(); ++v) {
     std::vector<Detection>& detections = seen.views[v].detections;
