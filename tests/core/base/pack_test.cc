@@ -42,7 +42,7 @@ TYPED_TEST(PackTest, LanesMatchScalarArithmetic) {
   }
 }
 
-TYPED_TEST(PackTest, MasksOverLanes) {
+TYPED_TEST(PackTest, MasksCombineAndReduceLanes) {
   const TypeParam a = TypeParam::Load(kA);
   const auto all = a == a;
   const auto first = a == TypeParam(1.5);

@@ -18,7 +18,7 @@ Joint3d At(const Eigen::Vector3d& position_m,
   return {position_m, status};
 }
 
-TEST(JointStatus, NamesAndPresence) {
+TEST(JointStatus, HasANameAndIsPresentUnlessMissing) {
   EXPECT_STREQ(ToString(JointStatus::kObserved), "observed");
   EXPECT_STREQ(ToString(JointStatus::kInferred), "inferred");
   EXPECT_STREQ(ToString(JointStatus::kMissing), "missing");

@@ -221,7 +221,7 @@ TEST(PairFramesTest, JitteringClocksPairByTheNearestTime) {
   EXPECT_THAT(late.notes[0], HasSubstr("by up to 12 ms"));
 }
 
-// 30000/1001 and 30 Hz are half a frame apart after 501 frames.
+// 30000/1001 and 30 Hz are half a frame apart after 500 frames.
 TEST(PairFramesTest, RatesThatDifferByRoundingPairByNumber) {
   const TrackSequence truth = Walk({30.0, 1800});
   const TrackSequence tracks = Walk({30000.0 / 1001.0, 1800});

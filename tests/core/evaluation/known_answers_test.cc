@@ -21,8 +21,8 @@
 namespace kinegraph {
 namespace {
 
-// Published values have two decimals. The tolerance is half a unit of the last
-// decimal, plus the rounding of a double.
+// Published values have two decimals, some only one or none. The tolerance is
+// half a unit of the last decimal, plus the rounding of a double.
 constexpr double kTwoDecimals = 0.005 + 1e-9;
 constexpr double kOneDecimal = 0.05 + 1e-9;
 
@@ -92,7 +92,8 @@ TEST(KnownAnswersTest, ScoresOfTheAuthorsCodeOnShelf) {
   const TrackSequence tracks =
       ReadTracks(folder + "/reference/paper_code_shelf_warm3.json");
   for (const Row& row : kReferenceRows) ExpectRow(truth, tracks, row);
-  // "Under the other conventions the parts other than head are the same."
+  // README: "Under the other conventions the parts other than head are the
+  // same."
   const PcpResult chu = Evaluate(truth, tracks, kChu, EndpointRule::kMean);
   for (const HeadConversion head : {kMvpose, kVoxelpose, kRaw}) {
     const PcpResult other = Evaluate(truth, tracks, head, EndpointRule::kMean);

@@ -28,7 +28,7 @@ PcpResult Evaluate(const Pose3d& found, const PcpProtocol& protocol) {
   return EvaluatePcp(Alone(), Alone(found, 7), protocol);
 }
 
-// Names of the parts that are lost.
+// Names of the lost parts, i.e. those that are not correct.
 std::vector<std::string> Lost(const Pose3d& found,
                               const PcpProtocol& protocol = Plain()) {
   std::vector<std::string> names;

@@ -22,7 +22,7 @@ Eigen::Matrix3d Covariance(double a_mm, double b_mm, double c_mm) {
 }
 
 // An isotropic covariance gives Maxwell's distribution, a single axis a normal
-// distribution.
+// distribution. The tolerance bounds the error of the numerical integration.
 TEST(BallProbability, MatchesMaxwellAndNormalDistributions) {
   for (const double sigma_mm : {10.0, 20.0, 24.02, 30.0, 50.0, 100.0, 1000.0}) {
     const double r = 1e3 * kRadius_m / sigma_mm;

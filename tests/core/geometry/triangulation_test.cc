@@ -56,14 +56,14 @@ TEST(TriangulationTest, ExactMeasurementsGiveThePoint) {
     const Eigen::Vector3d point = RandomPoint(&random);
     const auto result = TriangulateDlt(Measure(cameras, point, 0.0, &random));
     ASSERT_TRUE(result.ok()) << static_cast<int>(result.status);
-    // Pixels of 1e3 at 1e-16 are 1e-13 px, 1e-15 m at this distance; the
+    // Pixels of 1e3 at 1e-16 are 1e-13 px, 4e-16 m at this distance; the
     // worst conditioned pair (opposite cameras) loses four digits.
     EXPECT_LT((result.point_m - point).norm(), 1e-10) << views << " views";
   }
 }
 
-// Any noise and weights, and enough views that rows are reduced in portions:
-// omitting one view would move the point by millimetres.
+// Any noise and weights, and enough views that rows are reduced in portions.
+// Omitting one view would move the point by far more than the tolerance.
 TEST(TriangulationTest, EqualsSingularValueDecomposition) {
   Random random(2);
   for (const int views :
@@ -97,8 +97,9 @@ TEST(TriangulationTest, EqualsSingularValueDecomposition) {
 }
 
 TEST(TriangulationTest, ErrorGrowsAsTheoryPredicts) {
-  // Two orthogonal rays at 4 m, 1000 px: each determines the directions
-  // perpendicular to it to sigma * 4 / 1000 m; heights are measured by both.
+  // Two nearly orthogonal rays of 4.1 m, 1000 px: each determines the
+  // directions perpendicular to it to sigma * 4.1 / 1000 m; heights are
+  // measured by both.
   CameraRig ring = testing::RingOfCameras(4, 4.0);
   const CameraRig cameras = {ring[0], ring[1]};
   const Eigen::Vector3d point(0.0, 0.0, 1.0);
@@ -149,7 +150,7 @@ TEST(TriangulationTest, FailuresHaveAStatus) {
   EXPECT_EQ(status_of({weightless[1], exact[0], exact[0], weightless[1]}),
             TriangulationStatus::kParallelRays);
 
-  // Rays that meet behind both cameras: the stereo pair with its images
+  // Rays that meet behind both cameras: a stereo pair with its images
   // exchanged.
   CameraParameters left;
   left.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;

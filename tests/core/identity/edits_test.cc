@@ -84,7 +84,7 @@ TEST(ApplyEditsTest, ReportsEditsThatDoNotApply) {
           "frame 5",
           "delete 7, frames 0 to 3: person 7 is unknown"}));
   ASSERT_EQ(done.size(), 2u);
-  EXPECT_EQ(done[0].op, EditOp::kUndecided);
+  EXPECT_EQ(done[0].op, EditOp::kUndecided);  // a join that does not apply
   EXPECT_EQ(done[1].op, EditOp::kDelete);
   EXPECT_EQ(IdsIn(frames[7]), (Who{0, 1}));
   EXPECT_EQ(IdsIn(frames[19]), (Who{2}));

@@ -249,7 +249,7 @@ TEST(MotionStateTest, StateUpToATimeIgnoresLaterFrames) {
 }
 
 // Track 0 stands next to another person, who leaves; then track 0 is unobserved
-// and is found elsewhere 0.4 s later. All of this is one contact.
+// for 0.4 s and is found elsewhere. All of this is one contact.
 TEST(ContactsTest, UnobservedHopIsRecordedAndCut) {
   CrowdMaker crowd(300);
   crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 1.0})
@@ -267,7 +267,7 @@ TEST(ContactsTest, UnobservedHopIsRecordedAndCut) {
   EXPECT_NEAR(after.position_m.x() - before.position_m.x(), 1.2, 0.03);
   EXPECT_GE(pieces.tracklets[1].first().frame, 140);
   EXPECT_LE(pieces.tracklets[1].first().frame, 150);
-  // Impossible motion.
+  // From rest to rest, 1.2 m in 0.44 s are implausible.
   EXPECT_LT(Box().LogRatio(before, after, 0.04), -3.0);
 }
 

@@ -470,7 +470,7 @@ TEST(LinkingTest, EditsOfRandomTracksApplyAndKeepIdentitiesUnique) {
           << "seed " << seed << ", frame " << frame.frame;
     }
   }
-  EXPECT_GT(changed, 300);  // one per recording: decisions are made
+  EXPECT_GT(changed, 300);  // more than one per recording on average
 }
 
 }  // namespace

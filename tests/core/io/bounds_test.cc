@@ -53,7 +53,7 @@ void ExpectQuick(const ProcessorTime& used) { EXPECT_LT(used.Seconds(), 5.0); }
 
 // ---- YAML
 
-TEST(YamlBounds, AStrayCommaTerminates) {
+TEST(YamlBounds, StrayCommasAndBracketsAreRefusedQuickly) {
   const TemporaryFolder folder;
   const ProcessorTime used;
   for (const char* text :
@@ -302,7 +302,7 @@ TEST(MatBounds, ReadsPlainAndCompressedFiles) {
   }
 }
 
-TEST(MatBounds, NestedCellsTerminate) {
+TEST(MatBounds, DeeplyNestedCellsAreRefused) {
   std::string element;
   for (int depth = 0; depth < 100; ++depth) {
     element = ActorArray(1, 1, 1, element);

@@ -47,7 +47,7 @@ double ValueAt(const KinematicsTable& table, size_t row,
 // Rounding errors of sums of a few positions in metres.
 constexpr double kMetreRounding = 1e-12;
 
-TEST(Kinematics, SpeedAndPathLengthOfAWalk) {
+TEST(Kinematics, SpeedAndPathLengthMatchAKnownWalk) {
   const TrackSequence tracks = Walk(11);
   const KinematicsTable table = MeasureKinematics(tracks);
   EXPECT_EQ(table.up, Vec::UnitZ()) << "from the standing person";

@@ -100,7 +100,7 @@ void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
   }
 }
 
-// As above, for observations simulated with these options.
+// Visits the joints of observations that are simulated with these options.
 void ForEachJoint(const Scene& scene, const NoiseOptions& options,
                   const std::function<void(const Sample&)>& visit) {
   ObservationTruth truth;
@@ -519,6 +519,7 @@ TEST(Noise, HiddenJointsAreMissingAndNoisier) {
     ASSERT_NE(sample.found, nullptr);
     const bool is_behind = hidden.count(sample.key()) > 0;
     (is_behind ? behind : seen).Add(sample.error());
+    // kHiddenConfidence in noise.cc is 0.9.
     ASSERT_EQ(sample.found->confidence, is_behind ? 0.9 : 1.0);
   });
   seen.ExpectVariance(4.0);

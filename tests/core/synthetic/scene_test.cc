@@ -223,7 +223,7 @@ TEST(Scene, PeopleWalkSitGestureComeAndGo) {
   });
   EXPECT_GT(raised.size(), 3u) << "they gesture";
   EXPECT_LT(lowest, 0.62) << "somebody sits";
-  EXPECT_GT(distance / 12.0, 8.0) << "they walk around, metres in 30 s";
+  EXPECT_GT(distance / 12.0, 8.0) << "metres that a person walks in 30 s";
 }
 
 TEST(Scene, SceneIsDeterminedByTheSeed) {
@@ -260,7 +260,7 @@ TEST(Scene, FrameRateSamplesTheSameMotion) {
   }
 }
 
-TEST(Scene, CamerasSeeTheWholeArea) {
+TEST(Scene, EveryRingSeesMoreThanNineTenthsOfAllJoints) {
   for (const int64_t count : {2, 3, 5, 8, 32}) {
     SceneOptions options = Options(1, 5);
     options.cameras.count = count;

@@ -89,7 +89,7 @@ TEST(PackedQueue, ReturnsFramesBitIdenticalAndInOrder) {
 TEST(PackedQueue, KeepsAllOfAPoseExceptTheIdentity) {
   PersonPose pose;
   pose.id = TrackId(7);
-  pose.score = 0.1 + 0.2;  // no decimal fraction
+  pose.score = 0.1 + 0.2;  // not the double nearest to 0.3
   pose.joints.resize(3);
   pose.joints[1] = {{1.0, 2.0, 3.0}, JointStatus::kObserved};
   pose.inlier_views = {0, 5, 300};

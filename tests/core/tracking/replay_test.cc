@@ -33,10 +33,10 @@ struct FrozenRecording {
   }
 };
 
-// The detector runs on every `look_every`-th frame.
+// The detector runs on every `detect_every`-th frame.
 FrozenRecording Freeze(const EstimatorOptions& estimators,
                        const TrackerOptions& tracking = {},
-                       int look_every = 1) {
+                       int detect_every = 1) {
   SceneOptions options;
   options.seed = 5;
   options.people = 5;
@@ -60,7 +60,7 @@ FrozenRecording Freeze(const EstimatorOptions& estimators,
                             {},
                             {}};
   for (size_t f = 0; f < frozen.detections.frames.size(); ++f) {
-    if (f % static_cast<size_t>(look_every) == 0) continue;
+    if (f % static_cast<size_t>(detect_every) == 0) continue;
     for (ViewDetections& view : frozen.detections.frames[f].views) {
       view.detections.clear();
     }
@@ -168,7 +168,7 @@ TEST(Replay, ReproducesRunWithDetectionsOnEveryThirdFrame) {
   TrackerOptions options;
   options.life.in_seconds = true;
   const FrozenRecording frozen =
-      Freeze(Graph(OutputKind::kWindow), options, /*look_every=*/3);
+      Freeze(Graph(OutputKind::kWindow), options, /*detect_every=*/3);
   ExpectEqual(frozen.frames, ReplayAll(frozen.replay(), -1, frozen.written()));
 }
 

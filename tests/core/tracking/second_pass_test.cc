@@ -189,7 +189,7 @@ class ExtendEndsTest : public SecondPassTest {
 
   // The frames in which the second person is written. The first pass has this
   // person in the frames `tracked`; the first views_[f] views see the person in
-  // frame f.
+  // frame f. Tracks of the people in `but` are not extended.
   std::vector<int> Run(const std::vector<int>& tracked,
                        const std::set<TrackId>& but = {}) {
     SecondPass pass = Make();
@@ -239,9 +239,9 @@ TEST_F(ExtendEndsTest, ExtendsTracksBeyondBothEnds) {
   EXPECT_EQ(Run(with_gap), From(0, kFrames));
 }
 
-TEST_F(ExtendEndsTest, StopsWhereViewsDoNotAgree) {
-  // No view sees the person in frame 2 and from frame 15 on; one view does in
-  // frames 5 and 6.
+TEST_F(ExtendEndsTest, BridgesOnlyShortGapsWithoutAgreeingViews) {
+  // No view sees the person in frame 2 and from frame 15 on, and only one view
+  // does in frames 5 and 6. The gaps at 2, 5 and 6 are bridged.
   for (const int f : {2, 15, 16, 17, 18, 19}) views_[f] = 0;
   for (const int f : {5, 6}) views_[f] = 1;
   EXPECT_EQ(Run(From(8, 12)), From(0, 15));

@@ -123,8 +123,8 @@ TEST_F(TrackerTest, AMatchedDetectionStartsNobodyEvenIfTheUpdateFails) {
 TEST_F(TrackerTest, OneViewSufficesWhileOlderViewsCount) {
   const auto tracker = Make();
   Show(tracker.get(), 0, 5, {Stander()});
-  // Only one view sees the person, for four frames: older views are too old
-  // by then and the update fails.
+  // Only one view sees the person in four frames: from the third on, older
+  // views are too old and the update fails.
   for (int f = 5; f < 9; ++f) {
     DetectionFrame seen = See(f, {Stander()});
     for (size_t v = 1; v < seen.views.size(); ++v) {
@@ -249,7 +249,8 @@ TEST(SeenAtOnePlaceTest, ComparesObservedJointsOnly) {
 }
 
 // Keeps the detections of the first `views` views and adds `strays` copies to
-// the first two views, 60 px or more off each other's epipolar lines.
+// the first two views, moved by multiples of 60 px down in one and up in the
+// other, so that no two agree.
 DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
   for (size_t v = 0; v < seen.views.size(); ++v) {
     std::vector<Detection>& detections = seen.views[v].detections;

@@ -109,7 +109,7 @@ TEST(QualisysCalibration, ErrorsNameTheFault) {
            "sensorMaxU"},
           {WithReplaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
                         "<camera active=\"0\""),
-           "intrinsic"},  // Oqus, without numbers
+           "intrinsic"},  // of the Oqus, now read, which has none
           {"<html></html>", "is not a calibration"},
       });
 }
@@ -583,7 +583,7 @@ TEST(FisheyeCalibration, FiveTermsAreRefused) {
               HasSubstr("5 coefficients of a fisheye lens"));
 }
 
-TEST(FisheyeCalibration, EveryFormatKeepsTheLensOrReportsTheLoss) {
+TEST(FisheyeCalibration, EveryFormatKeepsTheLensOrRefusesIt) {
   CameraParameters p;
   p.name = "a";
   p.width_px = 1920;
@@ -608,7 +608,7 @@ TEST(FisheyeCalibration, EveryFormatKeepsTheLensOrReportsTheLoss) {
     written.push_back(format.name);
     const CameraRig back = ReadCameras(path);
     ASSERT_EQ(back.size(), 1u);
-    // COLMAP's K is shifted by half a pixel.
+    // COLMAP's K is shifted by half a pixel, which rounds it.
     EXPECT_LT(Compare(cameras, back).px, 1e-9) << format.name;
     EXPECT_EQ(LensOf(back[0]), LensOf(cameras[0])) << format.name;
   }

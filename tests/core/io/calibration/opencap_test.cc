@@ -47,7 +47,7 @@ void ExpectTheCamera(const CameraRig& cameras, const std::string& name) {
             (std::vector<double>{0.1, -0.2, 0.001, -0.002, 0.05}));
 }
 
-TEST(OpenCapCalibration, IsReadInEveryProtocol) {
+TEST(OpenCapCalibration, IsReadInPickleProtocols2And5) {
   const TemporaryFolder folder;
   for (const char* text : {kOpencapProtocol2, kOpencapProtocol5}) {
     const std::string path = folder.Write(

@@ -82,8 +82,8 @@ TEST(SkeletonFitTest, NoBuiltInLayoutLooksImplausible) {
   }
 }
 
-// The box around a body without knees and ankles is small, but its bones are
-// not.
+// The box around a body without knees and ankles is small, so that bones look
+// long; people of whom no ankle is seen do not count.
 TEST(SkeletonFitTest, HalfABodyIsPlausible) {
   SkeletonFit fit({&Coco17()});
   for (Detection person : PeopleIn(Coco17())) {

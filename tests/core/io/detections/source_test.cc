@@ -182,14 +182,14 @@ TEST(ReadDetections, IndicesCountPeopleWithoutKeypoints) {
   EXPECT_TRUE(sequence.header.skeleton == Body25B());
   EXPECT_THAT(Count(sequence).people_of_view, ElementsAre(299, 300, 200, 200));
   const auto& detections = sequence.frames[1].views[0].detections;
-  std::vector<int> places;
+  std::vector<int> indices;
   for (const Detection& detection : detections) {
-    places.push_back(detection.index_in_file);
+    indices.push_back(detection.index_in_file);
   }
   // cam01.0001.json holds three people, one of them empty.
   EXPECT_EQ(detections.size(), 2u);
-  EXPECT_TRUE(std::is_sorted(places.begin(), places.end()));
-  EXPECT_NE(places, (std::vector<int>{0, 1}));
+  EXPECT_TRUE(std::is_sorted(indices.begin(), indices.end()));
+  EXPECT_NE(indices, (std::vector<int>{0, 1}));
 }
 
 TEST(ReadDetections, ZeroConfidencesArePositionsOnRequest) {
@@ -458,7 +458,7 @@ TEST(RatedSource, LimitsApplyToViewsWithOtherRates) {
   EXPECT_THROW(RecordingIn("d.jsonl", text, options), InputError);
 }
 
-// Whether the reader or a limit on its frames rejected the last bad frame.
+// Bad frames are rejected by the reader or by a limit on its frames.
 TEST(DetectionSource, LastBadFrameIsTheLatest) {
   DetectionReadOptions options;
   options.skip_bad_frames = true;
@@ -548,7 +548,7 @@ TEST(RatedSource, NumbersOfOtherRatesAreNotFrames) {
             (std::vector<int64_t>{4, 5, 6, 7, 8, 9, 10, 11}));
 }
 
-// Files with times specify the times of individual views by view_times.
+// In files that state times, view_times specifies those of individual views.
 TEST(RatedSource, FilesWithTimesAreRefused) {
   EXPECT_THROW(
       RecordingIn("a.jsonl",

@@ -179,7 +179,7 @@ TEST(FreeMoCap, PointsIn3dAreTracks) {
       [](const std::string& table_path) { ReadTracks(table_path); });
 }
 
-// ---- Two seeds of one network ----
+// ---- One network trained with two random seeds ----
 
 constexpr const char* kHeader =
     "scorer,net,net,net,net,net,net\n"

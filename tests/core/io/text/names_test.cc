@@ -27,7 +27,7 @@ TEST(LastInteger, ReturnsTheLastRunOfDigits) {
   EXPECT_EQ(LastInteger("a1234567890123456789"), std::nullopt);
 }
 
-TEST(FrameOfFileName, IsTheIntegerBeforeKeypoints) {
+TEST(FrameOfFileName, IsTheLastIntegerBeforeKeypointsOrTheExtension) {
   EXPECT_EQ(FrameOfFileName("cam0_000000000300_keypoints.json"), 300);
   EXPECT_EQ(FrameOfFileName("cam01.0042.json"), 42);
   EXPECT_EQ(FrameOfFileName("take_7_keypoints_v2.json"), 7);

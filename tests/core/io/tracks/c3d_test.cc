@@ -317,7 +317,7 @@ TEST_F(TracksC3d, ReadsEveryConventionForLongFiles) {
   }
 }
 
-TEST_F(TracksC3d, FrameCountsNearTheLimitOfAWord) {
+TEST_F(TracksC3d, FindsFrameCountsNearTheLimitOfAWord) {
   for (const int count : {65534, 65535, 65536}) {
     const int last = std::min(count, 65535);
     C3dMaker maker = OnePoint(1, last, count);
@@ -354,7 +354,7 @@ TEST_F(TracksC3d, FileSizeResolvesContradictoryFrameCounts) {
               HasSubstr("is cut off"));
 }
 
-TEST_F(TracksC3d, FirstFrameFromHeaderOrTrial) {
+TEST_F(TracksC3d, FirstFrameComesFromHeaderOrTrial) {
   EXPECT_EQ(First(OnePoint(101, 150, 50)), 100) << "a trimmed file";
   EXPECT_EQ(First(OnePoint(0, 49, 50)), 0) << "a writer that counts from 0";
   EXPECT_EQ(First(Trial(OnePoint(1, 50, 50), 101, 150)), 100);
@@ -385,7 +385,7 @@ TEST_F(TracksC3d, RefusesInvalidStartFields) {
   }
 }
 
-TEST_F(TracksC3d, RateScaleAndPointsFromParametersOrHeader) {
+TEST_F(TracksC3d, RateScaleAndPointsComeFromParametersOrHeader) {
   const auto rate = [&](const C3dMaker& maker) {
     return Read(maker).header.frame_rate_hz;
   };
@@ -625,7 +625,7 @@ TEST_F(TracksC3d, SegmentsHavePosesAndOriginsAreJoints) {
 
 // Channel c contains c newtons. Each plate has a row of eight channels, of
 // which types 1, 2 and 4 use the first six.
-TEST_F(TracksC3d, LoadsOfForcePlatesOfEveryType) {
+TEST_F(TracksC3d, ReadsLoadsOfForcePlatesOfEveryType) {
   const std::vector<std::pair<int, std::pair<double, double>>> loads = {
       {1, {3.0, 11.0}}, {2, {3.0, 11.0}}, {3, {26.0, 58.0}}, {4, {3.0, 11.0}}};
   std::vector<int> channels;

@@ -257,7 +257,7 @@ TEST(TracksTrc, RoundedTimesAt2997HertzGiveTheFirstFrame) {
 
 // Byte order marks and old Mac line ends are accepted; other separators are
 // reported.
-TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
+TEST(TracksTrc, AcceptsMarksAndLineEndsOfOtherSystemsNotSeparators) {
   const TemporaryFolder folder;
   const std::string text =
       std::string(kTrcHeader) + "1\t0.0\t1\t2\t3\n2\t0.01\t1\t2\t3\n";

@@ -174,7 +174,7 @@ TEST(ReadTracks, LongcwIdsBeyondIntegersAreRenumbered) {
   EXPECT_EQ(result.frames.front().people.front().id, TrackId(0));
 }
 
-TEST(ReadTracks, FourDAssociationSkeletonOfThePeerFile) {
+TEST(ReadTracks, FourDAssociationPeerFileIsReadWithTheGivenSkeleton) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/peers/4da_linux_O3_SKEL19.json");
   TrackReadOptions options;
   options.skeleton = FourDA19();

@@ -208,10 +208,9 @@ TEST_F(TreeMotionTest, BvhReproducesEveryJointOfARigidBody) {
 }
 
 // Along ten links of at most 0.25 m, with rotations of four floats accurate to
-// 2^-23 and the root at 1 m accurate to 2^-24, the error is 10 * 10 / 2 * 0.25
-// m
-// * 2^-23 + 2^-24 m. The angles of the mean shape are accurate to some ten
-// digits.
+// 2^-23 and the root at 1 m accurate to 2^-24, the error is about
+//   10 * 10 / 2 * 0.25 m * 2^-23 + 2^-24 m = 1.6e-6 m;
+// the tolerance is more than ten times that.
 constexpr double kGltfDigits_m = 2e-5;
 
 // The position of a joint in the axes of glTF.
@@ -457,7 +456,7 @@ constexpr const char* kBvh =
     "      End Site { OFFSET 0 1 0 }\n    }\n  }\n}\n"
     "MOTION\nFrames: 2\nFrame Time: 0.0333333\n";
 
-TEST(TracksBvh, ChannelsAndNamesOfOtherPrograms) {
+TEST(TracksBvh, ReadsChannelsAndNamesOfOtherPrograms) {
   const TemporaryFolder folder;
   const std::string path =
       folder.Write("dance.bvh", std::string(kBvh) +
@@ -504,7 +503,7 @@ TEST(TracksBvh, ErrorsNameFileAndLine) {
 
 // A rounded frame time means a whole rate; NTSC rates are lower by a
 // thousandth.
-TEST(TracksBvh, RatesFromRoundedFrameTimes) {
+TEST(TracksBvh, RatesFollowFromRoundedFrameTimes) {
   const TemporaryFolder folder;
   const auto rate_of = [&](const std::string& step_s) {
     return ReadTracks(folder.Write("a.bvh",
