@@ -527,8 +527,6 @@ TEST(Rig, OneRegularWalkerDoesNotDetermineClocks) {
   EXPECT_LE(found.rig.likely_right, 0.5);
 }
 
-// A detector that runs on every second frame. The two results differ only by
-// rounding.
 // The second person does the same as the first, rotated by half a turn, so that
 // each camera may as well stand at the opposite side.
 TEST(Rig, PeopleWhoCanBeExchangedAreReported) {
@@ -557,6 +555,9 @@ TEST(Rig, PeopleWhoCanBeExchangedAreReported) {
       << found.rig.reasons[0];
 }
 
+// A detector runs on every second frame. The result with the original frame
+// numbers differs only by rounding from that with consecutive numbers at half
+// the frame rate.
 TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
   const Scene scene = Walkers(20.0);
   NoiseOptions noise = Noise();
