@@ -168,7 +168,7 @@ TEST_F(TrackResultTest, KeysIncludeSkeletonsOfTheConfiguration) {
   EXPECT_THAT(keys, HasSubstr("bones = [[\"tail\",\"head\"]]"));
 }
 
-TEST_F(TrackResultTest, KeepsAForeignFileOfThatName) {
+TEST_F(TrackResultTest, KeepsAForeignFileNamedLikeItsEdits) {
   folder_.Write("a.identity.jsonl", "mine\n");
   Done("track", Flags(Path("first.jsonl"), "a.jsonl"));
   EXPECT_EQ(ContentOf(Path("a.identity.jsonl")), "mine\n");

@@ -1,9 +1,9 @@
-// Fuzz targets: one per reader and per format of detections and tracks, three
-// that write accepted input in every format, one that runs the pipeline on a
-// scene, and some for the data and side files of the report's page. Each takes
-// any bytes and returns whether they were valid; readers must reject invalid
-// input with InputError or OptionError. Anything else ends the program, which
-// the fuzzer reports.
+// Fuzz targets: one per reader and per format (calibrations that kinegraph can
+// write share two), three that write accepted input in every format, one that
+// runs the pipeline on a scene, and some for the data and side files of the
+// report's page. Each takes any bytes and returns whether they were valid;
+// readers must reject invalid input with InputError or OptionError. Anything
+// else ends the program, which the fuzzer reports.
 #ifndef KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 #define KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 

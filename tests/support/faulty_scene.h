@@ -63,7 +63,7 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options);
 // the joint's depth. Real detectors have such biases (docs/doctor.md).
 void AddLastingOffsets(uint64_t seed, double scale, FaultyScene* scene);
 
-// `camera` rotated by `degrees` about a direction drawn from `seed`.
+// `camera` rotated by `degrees` about an axis drawn from `seed`.
 Camera Turned(const Camera& camera, double degrees, uint64_t seed);
 // `camera` with its principal point shifted, or its focal length multiplied by
 // `factor`.

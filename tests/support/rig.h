@@ -1,4 +1,4 @@
-// A ring of cameras and a standing person, for tests of the front end.
+// A ring of cameras, a standing person, and exact detections of people.
 #ifndef KINEGRAPH_TESTS_SUPPORT_RIG_H_
 #define KINEGRAPH_TESTS_SUPPORT_RIG_H_
 

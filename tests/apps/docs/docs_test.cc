@@ -29,8 +29,7 @@ TEST(DocsTest, ConfigurationPageListsEveryKey) {
       << "remake the tables with: ./kinegraph track --keys";
 }
 
-// The limit of the number of keys: a new key may require the removal of
-// another.
+// A new key may require the removal of another.
 TEST(DocsTest, NumberOfKeysIsLimited) {
   EXPECT_LE(KeysOf<RunOptions>().size(), 130u);
   // A list that lacks the everyday keys cannot be sorted into tables.

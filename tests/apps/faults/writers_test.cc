@@ -189,7 +189,7 @@ TEST_P(FileWriterTest, NeverWritesOverAnInput) {
   }
 }
 
-TEST_P(WriterTest, TwoConcurrentRunsBothSucceedOrOneReportsWhy) {
+TEST_P(WriterTest, OfTwoConcurrentRunsAtLeastOneSucceeds) {
   const std::string line = CommandOf(GetParam(), out_);
   const ProgramOutcome outcome =
       RunShell(line + " > /dev/null & " + line +

@@ -203,7 +203,8 @@ TEST(ViewImages, ErrorsNameTheCause) {
   }
 }
 
-// Each of the 42 pictures has 40 bytes of text; nine of them fit into 400.
+// Each of the 42 pictures has 40 bytes of text. Ten of them fit into 400 bytes:
+// every fifth, nine in all.
 TEST(EmbedPicturesTest, ProgressReachesTheNumberOfFrames) {
   const testing::TemporaryFolder folder;
   PageInput input = EmptyRecording();

@@ -190,7 +190,7 @@ TEST_F(BatchEstimatorTest, OneViewAndABoneDoNotKeepTheCovarianceSmall) {
   // Ten frames are more: both runs report the covariance without the bone,
   // which differs only by positions and estimated pixel noise.
   EXPECT_NEAR(sigma_m(held, kLost + 10) / sigma_m(free, kLost + 10), 1.0, 0.2);
-  // The elbow's covariance is unaffected.
+  // The elbow, which all views see, is known better than the wrist.
   EXPECT_LT(std::sqrt(held[kLost + 10].person.covariances[1]->trace()),
             0.5 * sigma_m(held, kLost + 10));
 }

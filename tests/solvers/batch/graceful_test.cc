@@ -196,7 +196,7 @@ TEST_P(Graceful, OutliersAloneAreSeldomObserved) {
   noise.outlier_high_px = 2000.0;
   Make(60, noise);
   const auto finals = Run();
-  // Hardly anything agrees, and the status reflects it.
+  // In fewer than a third of the 180 joints do two views agree by chance.
   EXPECT_LT(Count(finals, JointStatus::kObserved), 60);
 }
 
@@ -289,8 +289,8 @@ TEST_P(GracefulOptions, TooFewIterationsGiveFinitePosesAndOneWarning) {
 
 INSTANTIATE_TEST_SUITE_P(SolversAndBones, GracefulOptions, kAllKinds);
 
-// With a bone length that contradicts the observations, the bone solver cannot
-// converge everywhere.
+// If a bone length contradicts the observations, one iteration does not
+// suffice. Measurements of states that would move on get weight zero.
 TEST(BoneSolverTest, ReportsNonConvergence) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);

@@ -272,6 +272,7 @@ std::vector<double> UsualConfidences(const std::vector<double>& confidences) {
   return result;
 }
 
+// Medians of zero or of at least 0.6 are left as they are.
 TEST(UsualConfidences, LowMediansAreScaledToSixTenths) {
   using ::testing::DoubleEq;
   EXPECT_THAT(UsualConfidences({0.1, 0.3, 0.4, -1.0, -1.0, -1.0}),

@@ -52,8 +52,8 @@ TEST(WorldMotionTest, IncludesTheEffectOfImageShifts) {
   ASSERT_TRUE(moved.has_value());
   EXPECT_LT(moved->turned_deg, 0.05);
   // 10 px at the focal length and distance of the ring. The tolerance is a
-  // tenth, because points of the cube are nearer to some cameras than to
-  // others.
+  // tenth, because points of the cube in which WorldMotionOf measures the
+  // displacement are nearer to some cameras than to others.
   const double expected_m =
       10.0 * cameras[0].centre().norm() / cameras[0].focal_px();
   EXPECT_NEAR(moved->moved_m, expected_m, 0.1 * expected_m);

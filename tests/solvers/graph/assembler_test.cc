@@ -75,7 +75,7 @@ TEST(NoiseScale, CausalScaleForgetsOldResiduals) {
   double applied = 1.0;
   for (const double scale : {2.0, 0.5}) {
     // 4000 of the 10000 residuals are kept, which gives a standard error of 0.8
-    // % of the scale. The tolerance is four standard errors.
+    // % of the scale. The tolerance is a little more than four of them.
     for (int frame = 0; frame < 200; ++frame) {
       std::vector<double> squares;
       for (int i = 0; i < 50; ++i) {

@@ -84,8 +84,9 @@ TEST(Marginalise, TrailingZerosOfRowsMayBeOmitted) {
   }
   const auto a = whole.Drop<2>();
   const auto b = cut.Drop<2>();
-  // Signs of rows are arbitrary, so products are compared. The tolerance is
-  // about one unit of rounding per row and column of numbers near one.
+  // Signs of rows are arbitrary, so products are compared. A unit of rounding
+  // in each entry of nine rows of five numbers near one, 45 * 2.2e-16 = 1e-14,
+  // is a tenth of the tolerance.
   EXPECT_LT((a.A.transpose() * a.A - b.A.transpose() * b.A).norm(), 1e-13);
   EXPECT_LT((a.A.transpose() * a.b - b.A.transpose() * b.b).norm(), 1e-13);
 }

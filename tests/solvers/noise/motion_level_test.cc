@@ -88,9 +88,10 @@ TEST(MotionLevelTest, LocatesABurst) {
     for (const Levels& frame : evidence) seen.push_back(Likelihood(frame));
     const std::vector<double> levels =
         SmoothLevels(chain.stationary(), times, seen, &chain);
-    // The burst is three thousand times stronger. Until half a second before
-    // it, the level rises at most halfway. Afterwards it may remain high,
-    // because the stiff filters lose the joint in the burst and recover slowly.
+    // The burst is three thousand times stronger than the rest. Until half a
+    // second before it, the level stays below twice the usual power. Afterwards
+    // it may remain high, because the stiff filters lose the joint in the burst
+    // and recover slowly.
     for (size_t k = 0; k < levels.size(); ++k) {
       const double t = ToSeconds(times[k]);
       if (t > 4.1 && t < 4.4) {
@@ -99,7 +100,7 @@ TEST(MotionLevelTest, LocatesABurst) {
       if (t > 1.0 && t < 3.5) {
         EXPECT_LT(levels[k], std::log(2.0)) << t;
       }
-      // One second after the burst, the level has decreased again.
+      // One second after the burst, the level is below that of the burst.
       if (t > 5.5) {
         EXPECT_LT(levels[k], std::log(20.0)) << t;
       }

@@ -307,7 +307,9 @@ TEST_F(ViewBiasTest, BiasOfOnePassIsUsedInTheNext) {
   EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // already added
 }
 
-TEST(RecordingNotesTest, CombinesPeopleByGeometricMeans) {
+// Sigmas and process noise are combined by geometric means, shares, times and
+// powers by arithmetic means, limits by the least and the greatest value.
+TEST(RecordingNotesTest, WeightsPeopleByJointsSeen) {
   RecordingNotes notes((GraphOptions()));
   const auto knee = static_cast<size_t>(JointClass::kKnee);
   const auto one = notes.NewPerson();

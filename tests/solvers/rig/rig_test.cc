@@ -558,8 +558,9 @@ TEST(Rig, PeopleWhoCanBeExchangedAreReported) {
   EXPECT_EQ(at, why.rfind("move so much alike")) << why;
 }
 
-// A detector that runs on every second frame. The two results differ only by
-// rounding.
+// A detector runs on every second frame. The result with the original frame
+// numbers differs only by rounding from that with consecutive numbers at half
+// the frame rate.
 TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
   const Scene scene = Walkers(20.0);
   NoiseOptions noise = Noise();

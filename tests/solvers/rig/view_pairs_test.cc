@@ -275,7 +275,7 @@ TEST(ViewPairs, RecoversFocalLengthsAndRefitsPoses) {
   ExpectPose(pair.pose, truth);
 }
 
-TEST(ViewPairs, RefitRecoversThePoseFromAnyStart) {
+TEST(ViewPairs, RefitRecoversThePoseWithoutAStart) {
   const CameraRig cameras = testing::RingOfCameras(3);
   for (const int late : {0, 5}) {
     PairFit pair;

@@ -125,7 +125,7 @@ TEST(ACameraThatWasMoved, IsNotReportedWithoutFaultsOrForLostImages) {
   EXPECT_FALSE(AskForBreak(WithJump(16).Looked()).has_value());
 }
 
-TEST(ACameraThatWasMoved, IsNotSearchedInTwoViewsOrWithoutMatches) {
+TEST(ACameraThatWasMoved, IsNotSearchedInTwoViewsWithoutMatchesOrIfDisabled) {
   WalkersRoom unmatched = WithTurn();
   unmatched.input.match = nullptr;
   EXPECT_FALSE(AskForBreak(unmatched.Looked()).has_value());

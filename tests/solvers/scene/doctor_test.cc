@@ -138,7 +138,7 @@ TEST(Doctor, FindsFaultsDespiteLowConfidences) {
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], truth), 0.2);
 }
 
-// The median of found joints becomes 0.6 if it is lower.
+// The median of found joints becomes 0.6 if it is lower, but not zero.
 TEST(Doctor, LowConfidencesAreRescaled) {
   const auto first_of = [](const std::vector<double>& confidences) {
     DetectionSequence recording;

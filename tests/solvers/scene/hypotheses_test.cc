@@ -282,7 +282,7 @@ TEST(Hypotheses, ViewsWithHardlyAnyMatchesAreExcluded) {
 
 // ---- Helpers ----
 
-TEST(Hypotheses, SharedDividesConfidence) {
+TEST(Hypotheses, SharedLimitsAndDividesConfidence) {
   EXPECT_DOUBLE_EQ(Shared(1.0, 1), 0.95);
   EXPECT_DOUBLE_EQ(Shared(0.9, 2), 0.45);
 }

@@ -67,7 +67,8 @@ TEST(Unfollowed, AStoppedClockDoesNotDivideAPerson) {
   EXPECT_DOUBLE_EQ(often[0].share, 1.0);
 }
 
-// Ten frames before the end, so that the last time is hardly after the first.
+// The clock restarts ten frames before the end, so that its last time is hardly
+// after its first.
 TEST(Unfollowed, AClockThatRestartsDoesNotShortenDurations) {
   const auto often = Often([](int) { return true; }, 0,
                            [](int f) { return f < 240 ? f : f - 240; });
@@ -75,8 +76,8 @@ TEST(Unfollowed, AClockThatRestartsDoesNotShortenDurations) {
   EXPECT_DOUBLE_EQ(often[0].share, 1.0);
 }
 
-// Two people at one place, for 2 s each, with 1.2 s in between. The clock
-// restarts when the first one disappears.
+// Two people at one place, for 2 s each, with 1.2 s in between. Neither is seen
+// long enough to be reported. The clock restarts when the first one disappears.
 TEST(Unfollowed, APersonEndsAlthoughTheClockRestarts) {
   const auto is_seen = [](int f) { return f < 50 || (f >= 80 && f < 130); };
   EXPECT_TRUE(
