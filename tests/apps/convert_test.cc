@@ -170,6 +170,8 @@ TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
                      "\n"
                      R"({"frame": 2, "time": 0.08, "views": {}})"
                      "\n");
+  const std::string coco = folder.path() / "coco.json";
+  Converted("--to=coco_views --in=" + detections + " --out=" + coco);
   const std::string to_out = " --out=" + out;
   struct Case {
     std::string flags;
@@ -204,6 +206,8 @@ TEST(Convert, BadUsageGivesOneLineAndExitCodeTwo) {
             "--frame_rate=61 is for input that does not specify its rate"},
            {"--to=kinegraph --frame_rate=100", detections, to_out,
             "--frame_rate=100 is for input that does not specify its rate"},
+           {"--to=kinegraph --frame_rate=100", coco, to_out,
+            "but the input specifies 25 Hz"},
            {"--to=kinegraph --frame_rate=100", timed, to_out,
             "but the times in the input imply 25 Hz"},
            {"--to=csv --frame_rate=100", c3d, to_out,

@@ -346,9 +346,11 @@ DetectionHeader ReadHeader(const JsonObject& root,
   DetectionHeader header = HeaderOf({}, options, own.value_or(Coco17()));
   JsonObject info;
   JsonValue rate;
-  if (header.frame_rate_hz == 0.0 && Get(root, "info", &info) &&
-      Get(info, "frame_rate", &rate)) {
-    header.frame_rate_hz = AsFrameRate(rate, "frame_rate");
+  if ((header.frame_rate_hz == 0.0 || options.refuse_other_rate) &&
+      Get(root, "info", &info) && Get(info, "frame_rate", &rate)) {
+    header.frame_rate_hz =
+        ChooseFrameRate(header.frame_rate_hz, AsFrameRate(rate, "frame_rate"),
+                        options.refuse_other_rate);
   }
   return header;
 }

@@ -23,6 +23,7 @@ namespace {
 using ::testing::ElementsAre;
 using testing::ExpectFaults;
 using testing::ExpectInputError;
+using testing::FaultOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::JointOf;
@@ -67,6 +68,25 @@ TEST(CocoViews, CamerasAndFramesFollowTheImages) {
   EXPECT_EQ(JointOf(recording, 0, 0, 0, 2).confidence, 1.0) << "flag 1";
   EXPECT_EQ(JointOf(recording, 1, 0, 0, 0).confidence, 0.5) << "scores count";
   EXPECT_FALSE(JointOf(recording, 1, 0, 0, 2).found);
+}
+
+TEST(CocoViews, AnotherRateOverridesTheFilesOrIsRefused) {
+  DetectionReadOptions options;
+  options.frame_rate_hz = 30.0;
+  EXPECT_EQ(RecordingIn("take.json", kCoco, options).header.frame_rate_hz,
+            30.0);
+  options.refuse_other_rate = true;
+  EXPECT_THAT(FaultOf("take.json", kCoco, options),
+              HasSubstr("take.json: --frame_rate=30 is for input that does not "
+                        "specify its rate, but the input specifies 50 Hz"));
+  options.frame_rate_hz = 49.95;  // alike
+  EXPECT_EQ(RecordingIn("take.json", kCoco, options).header.frame_rate_hz,
+            49.95);
+  const std::string without =
+      WithReplaced(kCoco, "\"frame_rate\": 50", "\"version\": 1");
+  options.frame_rate_hz = 30.0;
+  EXPECT_EQ(RecordingIn("take.json", without, options).header.frame_rate_hz,
+            30.0);
 }
 
 TEST(CocoViews, ErrorsNameTheFault) {
