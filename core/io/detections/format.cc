@@ -91,7 +91,8 @@ const std::vector<DetectionFormat>& DetectionFormats() {
        Files::kFileAView, RecogniseMmpose, OpenMmpose, WriteMmpose},
       {"mediapipe",
        "CSV, one file per view: frame, NAME_x, NAME_y, NAME_visibility", ".csv",
-       Files::kFileAView, RecogniseMediapipe, OpenMediapipe, WriteMediapipe},
+       Files::kFileAView, RecogniseMediapipe, OpenMediapipe, WriteMediapipe,
+       false, /*leaves_out_empty=*/true},
       {"deeplabcut",
        "CSV, one file per view (also Lightning Pose); or one such folder per "
        "detector, which are fused",

@@ -221,6 +221,31 @@ TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
   EXPECT_GE(formats, 6);
 }
 
+// A gap in the frame numbers of a format that keeps frames without people means
+// that frames are missing.
+TEST(DetectionExport, FramesWithoutPeopleAreKeptUnlessTheFormatLeavesThemOut) {
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (format.write == nullptr) continue;
+    SCOPED_TRACE(format.name);
+    DetectionSequence sequence =
+        Timed(RandomSequence(format.name == "longcw" ? Tum14() : Coco17()));
+    for (ViewDetections& view : sequence.frames[2].views) {
+      view.detections.clear();
+    }
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "take";
+    const LostFields lost_fields =
+        Write(format.name, path, sequence, {{640, 480}});
+    EXPECT_EQ(LeavesOutEmptyFrames(path, {}), format.leaves_out_empty);
+    if (format.leaves_out_empty) {
+      sequence.frames.erase(sequence.frames.begin() + 2);
+      EXPECT_THAT(lost_fields, Contains(HasSubstr("1 frame without any "
+                                                  "detection is not kept")));
+    }
+    ExpectSameDetections(sequence, ReadDetections(path));
+  }
+}
+
 TEST(DetectionExport, RefusesViewNamesThatAreInvalidFileNames) {
   const TemporaryFolder folder;
   for (const char* name : {"", "../up", ".hidden", "a/b", "line\nbreak"}) {
