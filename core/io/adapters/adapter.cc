@@ -127,6 +127,17 @@ std::string Fault(const ProcessEnd& end, const std::string& name,
   throw InputError(path, "", fault);
 }
 
+[[noreturn]] void ThrowSilent(const std::string& path, int silence_ms) {
+  throw InputError(path, "",
+                   "its adapter has printed nothing for " +
+                       std::to_string(silence_ms / 1000) + " s");
+}
+
+[[noreturn]] void ThrowEndless(const std::string& path,
+                               const std::string& name) {
+  throw InputError(path, "", "its adapter (" + name + ") does not end");
+}
+
 // Whether kinegraph's adapters read files of this extension in a folder. Other
 // files in the folder, such as older results, are not inputs.
 bool MayBeInput(const fs::path& file) {
@@ -335,9 +346,7 @@ class AdapterRun::Impl {
 
   void Finish() {
     ThrowItsFault(/*reader_stopped=*/false);
-    if (program_->was_ended()) {
-      throw InputError(path_, "", "its adapter (" + name_ + ") does not end");
-    }
+    if (program_->was_ended()) ThrowEndless(path_, name_);
     NoteInputs(path_, is_own_);
   }
 
@@ -379,9 +388,7 @@ std::string OutputOf(const Adapter& adapter, const std::string& path) {
   const Descriptor output(run.TakeOutput());
   std::string text;
   if (!ReadAll(output.get(), run.silence_ms(), kMaxSmallFileBytes, &text)) {
-    throw InputError(path, "",
-                     "its adapter has printed nothing for " +
-                         std::to_string(run.silence_ms() / 1000) + " s");
+    ThrowSilent(path, run.silence_ms());
   }
   if (text.size() > kMaxSmallFileBytes) {
     throw InputError(path, "", "its adapter prints more than 64 MiB");
@@ -394,7 +401,8 @@ std::string OutputOf(const Adapter& adapter, const std::string& path) {
 
 std::string WriteByAdapter(
     const std::string& format, const std::string& path,
-    const std::function<void(const std::string& lines)>& write) {
+    const std::function<void(const std::string& lines)>& write,
+    int silence_ms) {
   const ErrorsFile errors(std::tmpfile(), std::fclose);
   if (errors == nullptr) {
     throw InputError(path, "", "no temporary file can be made to write it");
@@ -426,8 +434,15 @@ std::string WriteByAdapter(
   }
   Pipe::Close(&input.write);
   constexpr size_t kMost = size_t{4} << 30;
-  const bool came = ReadAll(output.read, 10 * kSilence_ms, kMost, &bytes);
-  throw_its_fault(program.Wait(came ? kSilence_ms : 0));
+  const bool came = ReadAll(output.read, silence_ms, kMost, &bytes);
+  if (bytes.size() > kMost) {
+    throw InputError(path, "", "its adapter prints more than 4 GiB");
+  }
+  const ProcessEnd end =
+      program.Wait(came ? std::min(silence_ms, kSilence_ms) : 0);
+  if (!program.was_ended()) throw_its_fault(end);
+  if (!came) ThrowSilent(path, silence_ms);
+  if (program.was_ended()) ThrowEndless(path, kOwnProgram);
   return bytes;
 }
 

@@ -87,11 +87,13 @@ std::string OutputOf(const Adapter& adapter, const std::string& path);
 
 // Converts to a format by kinegraph-adapters: `write` writes kinegraph's JSON
 // Lines to the file whose name it receives. Returns the content of the
-// converted file. Throws InputError naming `path` if the program cannot be
-// started or fails.
+// converted file. `silence_ms` is the longest wait for output. Throws
+// InputError naming `path` if the program cannot be started, fails or does not
+// end.
 std::string WriteByAdapter(
     const std::string& format, const std::string& path,
-    const std::function<void(const std::string& lines)>& write);
+    const std::function<void(const std::string& lines)>& write,
+    int silence_ms = 600'000);
 
 }  // namespace kinegraph
 

@@ -159,5 +159,24 @@ TEST_F(AdapterTest, WriterThatEndsEarlyIsAnError) {
   EXPECT_EQ(fault, path_ + ": no numpy");
 }
 
+TEST_F(AdapterTest, HangingWriterIsNotReportedAsDamagedFile) {
+  const auto fault_of = [this](const char* script) {
+    SetOwnAdapters({"/bin/sh", "-c", script});
+    const std::string fault = InputErrorOf([&] {
+      WriteByAdapter(
+          "movement", path_,
+          [](const std::string& lines) { std::ofstream(lines) << "{}\n"; },
+          /*silence_ms=*/1000);
+    });
+    SetOwnAdapters({});
+    return fault;
+  };
+  EXPECT_EQ(fault_of("exec sleep 600"),
+            path_ + ": its adapter has printed nothing for 1 s");
+  EXPECT_EQ(fault_of("exec sleep 600 >&-"),
+            path_ + ": its adapter (kinegraph-adapters) does not end");
+  EXPECT_THAT(fault_of("kill -SEGV $$"), HasSubstr("was ended by signal 11"));
+}
+
 }  // namespace
 }  // namespace kinegraph
