@@ -87,7 +87,7 @@ std::optional<Meaning> MeaningAmong(const std::vector<Part>& parts,
                  label == joint ? -1 : static_cast<int>(part - parts.begin())};
 }
 
-// "LAnkle(mm)" -> "LAnkle", "LAnkle (mm)" -> "LAnkle ".
+// "LAnkle(mm)" and "LAnkle (mm)" -> "LAnkle".
 std::string WithoutUnit(const std::string& label) {
   if (label.empty() || (label.back() != ')' && label.back() != ']')) {
     return label;
@@ -96,7 +96,7 @@ std::string WithoutUnit(const std::string& label) {
   if (begin == std::string::npos) return label;
   const std::string unit = label.substr(begin + 1, label.size() - begin - 2);
   for (const char* known : {"m", "cm", "mm", "px"}) {
-    if (unit == known) return label.substr(0, begin);
+    if (unit == known) return Trimmed(label.substr(0, begin));
   }
   return label;
 }

@@ -63,6 +63,8 @@ TEST(JointNames, AreRecognisedInManySpellings) {
                                      {"RHip", "r_hip"},
                                      {"snout", "snout"},
                                      {"rear", "rear"},
+                                     {"Rear (mm)", "Rear (mm)"},
+                                     {"box:rear [m]", "box:rear [m]"},
                                      {"REar", "r_ear"},
                                      {"R ear", "r_ear"},
                                      {"r_ear", "r_ear"},
@@ -102,7 +104,9 @@ TEST(JointNames, AreUniqueForAllSpellings) {
            // "rear" is the back of a box, and the right ear of an animal with a
            // left one.
            {{"front", "Rear"}, {"front", "Rear"}},
+           {{"front (mm)", "Rear (mm)"}, {"front (mm)", "Rear (mm)"}},
            {{"nose", "lear", "rear"}, {"nose", "l_ear", "r_ear"}},
+           {{"lear (mm)", "rear (mm)"}, {"l_ear", "r_ear"}},
            {{"leftear", "rightear", "rear"}, {"l_ear", "r_ear", "rear"}},
            // Markers, and parts of animals.
            {{"HEAD", "C7", "LTOE"}, {"HEAD", "C7", "LTOE"}},
