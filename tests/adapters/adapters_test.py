@@ -449,10 +449,11 @@ class Interface(Adapters):
             '"skeleton":{"name":"own","joints":["a"],"bones":[]}}\n'
         )
         session = self.folder / "session"
-        # Deeper than the two levels of folders in which input files are recorded
+        # Deeper than the four levels of folders in which input files are recorded
         # (NoteInputs).
-        (session / "a/b/c/d").mkdir(parents=True)
-        inputs = [session / name for name in ("m.csv", "a/m.csv", "z/m.csv", "a/b/m.csv")]
+        (session / "a/b/c/d/e/f").mkdir(parents=True)
+        folders = (".", "a", "z", "a/b", "a/b/c", "a/b/c/d")
+        inputs = [session / folder / "m.csv" for folder in folders]
         for path in inputs:
             path.parent.mkdir(exist_ok=True)
             path.write_text("x")

@@ -148,12 +148,46 @@ bool MayBeInput(const fs::path& file) {
   return false;
 }
 
+// Calls `visit` for the files in a folder, those in nearer folders first. Ends
+// after kMostEntries files and folders, so that a huge tree does not delay the
+// command. Skips folders that cannot be listed, which the adapter cannot read
+// either, and links to folders.
+template <typename Visit>
+void ForEachFile(const std::string& path, const Visit& visit) {
+  // Visits path/a/b/c/d/FILE, but not path/a/b/c/d/e/FILE. The deepest that
+  // kinegraph's adapters read is Caliscope's path/recordings/b/c/d/FILE.
+  constexpr int kDeepest = 4;
+  constexpr int kMostEntries = 1 << 18;
+  int entries = 0;
+  std::vector<fs::path> folders = {path};
+  for (int depth = 0; depth <= kDeepest; ++depth) {
+    std::vector<fs::path> inside;
+    for (const fs::path& folder : folders) {
+      std::error_code error;
+      for (fs::directory_iterator at(folder, error), end; at != end;
+           at.increment(error)) {
+        if (++entries > kMostEntries) return;
+        std::error_code none;
+        if (at->is_regular_file(none)) {
+          visit(at->path());
+        } else if (at->is_directory(none) && !at->is_symlink(none)) {
+          inside.push_back(at->path());
+        }
+      }
+    }
+    folders = std::move(inside);
+  }
+}
+
 // Notes the input files, so that they are not overwritten and changes to them
 // are detected. In a folder, a user's adapter may read any file, so all files
-// down to kDeepest are noted. Returns the size of the inputs in bytes.
+// of ForEachFile are noted, up to the limit of InputFiles. Returns the size of
+// the noted files in bytes.
 int64_t NoteInputs(const std::string& path, bool is_own) {
   int64_t size = 0;
-  const auto note = [&size](const std::string& file) {
+  size_t files = 0;
+  const auto note = [&](const std::string& file) {
+    if (++files > InputFiles::kMaxFiles) return;
     const Descriptor opened(OpenToRead(file));
     if (opened.get() < 0) return;
     InputFiles::Note(opened.get(), file);
@@ -163,16 +197,9 @@ int64_t NoteInputs(const std::string& path, bool is_own) {
     note(path);
     return size;
   }
-  constexpr int kDeepest = 2;  // notes path/a/b/FILE, but not path/a/b/c/FILE
-  std::error_code error;
-  for (fs::recursive_directory_iterator at(path, error), end; at != end;
-       at.increment(error)) {
-    if (error) throw InputError(path, "", "cannot be read: " + error.message());
-    if (at.depth() == kDeepest) at.disable_recursion_pending();
-    std::error_code none;
-    if (!at->is_regular_file(none)) continue;
-    if (!is_own || MayBeInput(at->path())) note(at->path().string());
-  }
+  ForEachFile(path, [&](const fs::path& file) {
+    if (!is_own || MayBeInput(file)) note(file.string());
+  });
   return size;
 }
 

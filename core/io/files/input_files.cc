@@ -35,7 +35,6 @@ std::atomic<int> stop_descriptor{-1};
 void InputFiles::Protect() { TheInputs().protect = true; }
 
 void InputFiles::Note(int descriptor, const std::string& path) {
-  constexpr size_t kMaxFiles = 1 << 16;
   Inputs& inputs = TheInputs();
   if (!inputs.protect) return;
   const auto status = StatusOf(descriptor);

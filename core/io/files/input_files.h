@@ -4,6 +4,7 @@
 #ifndef KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 #define KINEGRAPH_CORE_IO_FILES_INPUT_FILES_H_
 
+#include <cstddef>
 #include <string>
 
 namespace kinegraph {
@@ -16,8 +17,10 @@ class InputFiles {
  public:
   static void Protect();
 
+  static constexpr size_t kMaxFiles = 1 << 16;
+
   // Notes an open file that is being read: only regular files, and at most
-  // 65,536 of them, so that memory does not depend on the length of a
+  // kMaxFiles of them, so that memory does not depend on the length of a
   // recording. Readers call it again at the end of the file or when they read
   // it again; throws InputError if size or modification time have changed since
   // the first call with this path.

@@ -105,6 +105,18 @@ TEST_F(AdapterTest, OtherFilesOfASessionAreNoInputs) {
   EXPECT_TRUE(InputFiles::Has(result));
 }
 
+TEST_F(AdapterTest, InputsAreNotedAsDeepAsAdaptersRead) {
+  const std::string table =
+      folder_.Write("session/recordings/a/b/c/xy_POSE.csv", "points");
+  const std::string deeper =
+      folder_.Write("session/recordings/a/b/c/d/xy_POSE.csv", "points");
+  InputFiles::Protect();
+  InputFiles::Forget(deeper);  // a removed file may have had its inode
+  OutputOf(Shell("echo read"), (folder_.path() / "session").string());
+  EXPECT_TRUE(InputFiles::Has(table));
+  EXPECT_FALSE(InputFiles::Has(deeper));
+}
+
 TEST_F(AdapterTest, MissingProgramIsNamedWithInstallCommand) {
   Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it", ""};
   none.hint = "apt-get install it";
