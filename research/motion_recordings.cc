@@ -103,6 +103,9 @@ SteadyClip LoadSteadyClip(const std::string& path) {
       high = high.cwiseMax(joint.position_m);
     }
   }
+  if (clip.joints_m.size() < 3) {  // too few for the spline of Resample
+    throw std::runtime_error(path + ": fewer than three frames");
+  }
   Eigen::Vector3d middle = 0.5 * (low + high);
   middle.z() = 0.0;
   for (auto& joints : clip.joints_m) {

@@ -24,8 +24,9 @@ struct SteadyClip {
   }
 };
 
-// The first person of a tracks file, who must have all joints, moved so that
-// the middle of the bounding box of all joints lies above the origin.
+// The first person of a tracks file, who must have all joints in three or more
+// frames, moved so that the middle of the bounding box of all joints lies above
+// the origin.
 SteadyClip LoadSteadyClip(const std::string& path);
 
 // The same motion at another rate, by a natural cubic spline per coordinate.

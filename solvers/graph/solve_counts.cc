@@ -35,9 +35,10 @@ std::string DescribeTroubles(const SolveCounts& counts,
   text = "solves: " + std::to_string(counts.solves) + "; " + text;
   if (counts.not_converged > 0) {
     text +=
-        "; a solve that did not converge stops after graph.max_iterations "
-        "steps; joints that its last step moved by more than 5 cm count as "
-        "unseen (--set=graph.max_iterations=1000 allows more)";
+        "; a solve that did not converge reached graph.max_iterations steps or "
+        "found none that lowers its cost; joints whose last step was 5 cm or "
+        "more along an axis count as unseen "
+        "(--set=graph.max_iterations=1000 may help)";
   }
   return text;
 }

@@ -360,6 +360,7 @@ void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
     for (int j = 0; j < static_cast<int>(solved.joints.size()); ++j) {
       const auto views = ViewsOf(joints, cameras, solved, k, j, *stance);
       AddViews(views, independent, &sums[joints.IndexOf(j)]);
+      if (views.size() < 2) continue;  // ignored by AddViews
       for (const BiasView& view : views) {
         series->AddAzimuth(view.view_idx, view.direction.azimuth);
       }

@@ -141,8 +141,8 @@ class BiasSeries {
 };
 
 // Adds the residuals of a recording's solution to a series, with the solver's
-// weights. Measurements refer to `cameras`; `correlation`: of the detector's
-// errors.
+// weights, and the azimuths of the views that contribute them. Measurements
+// refer to `cameras`; `correlation`: of the detector's errors.
 void AddBiasResiduals(const BiasJoints& joints, const CameraRig& cameras,
                       double frame_rate_hz, const ErrorCorrelation& correlation,
                       const PersonProblem& solved, BiasSeries* series);

@@ -80,10 +80,11 @@ void PersonSolver::Refine(PersonProblem* problem) {
   Note(report, Result::kTakenOver);
   // From DLT, only this solve includes the bones.
   if (report.finite || start_ != GraphStart::kDlt) return;
-  if (!problem->bones.empty()) DropBones(problem);
+  DropBones(problem);
 }
 
 void PersonSolver::DropBones(PersonProblem* problem) {
+  if (problem->bones.empty()) return;
   ++counts_.bones_dropped;
   problem->bones.clear();
 }

@@ -83,7 +83,8 @@ class PersonSolver {
   enum class Result { kTakenOver, kOnlyAStart };
   // Counts a solve.
   void Note(const SolveReport& report, Result result);
-  // Covariances must not include factors that the estimates did not use.
+  // Covariances must not include factors that the estimates did not use. Does
+  // nothing without bones.
   void DropBones(PersonProblem* problem);
   void SolveJointsWithCeres(const SolveSchedule& schedule,
                             PersonProblem* problem);

@@ -17,9 +17,12 @@ take = kg.read_detections("detections.jsonl")
 tracks: kg.Tracks = kg.track(cameras, take, set={"graph.lag_s": 0.2})
 session = kg.Session(cameras, "coco17", ["cam0"], 25.0, config="offline.toml")
 part: kg.Tracks = session.process(0, [np.zeros((1, 17, 3))])
-knee: float = kg.kinematics(tracks)["l_knee_flexion_deg"].max()
+table = kg.kinematics(tracks)
+knee: float = table["l_knee_flexion_deg"].max()
+up_z: float = 0.0 if table.up is None else table.up[2]
 """
-WRONG = USE + "\nkg.track(cameras, take, mode=3)\n"
+# A wrong type, and an upward axis that may be unknown.
+WRONG = USE + "\nkg.track(cameras, take, mode=3)\ntable.up[2]\n"
 
 
 def mypy(text, folder):
@@ -44,4 +47,6 @@ else:
         right = mypy(USE, folder)
         assert right.returncode == 0, right.stdout
         wrong = mypy(WRONG, folder)
-        assert wrong.returncode == 1 and "arg-type" in wrong.stdout, wrong.stdout
+        assert wrong.returncode == 1, wrong.stdout
+        assert "arg-type" in wrong.stdout, wrong.stdout
+        assert "not indexable" in wrong.stdout, wrong.stdout

@@ -183,6 +183,35 @@ TEST_F(CeresSolverTest, AFailedSolveFromDltDropsTheBones) {
   EXPECT_EQ(counts.bones_dropped, 1);
 }
 
+class PersonSolverTest : public testing::SolverProblemTest {};
+
+// A prior of earlier frames also couples joints without bones.
+TEST_F(PersonSolverTest, AFailedSolveDropsOnlyBonesThatExist) {
+  GraphOptions options;
+  options.solver = GraphSolver::kBlockTridiagonal;
+  for (const bool bones : {false, true}) {
+    SCOPED_TRACE(bones);
+    Make({4, 20, 71, false, 0}, SimulatedNoise());
+    const auto size =
+        static_cast<Eigen::Index>(kStateSize * problem_.joints.size());
+    PersonPrior& prior = problem_.prior;
+    prior.A = Eigen::MatrixXd::Identity(size, size);
+    prior.x0 = Eigen::VectorXd::Constant(size, std::nan(""));
+    prior.b = Eigen::VectorXd::Zero(size);
+    prior.information = prior.stated = prior.A;
+    if (bones) {
+      const Bone& bone = scene_.skeleton.bones()[0];
+      problem_.bones.push_back({bone.a, bone.b, 0.3, 0.02});
+    }
+    PersonSolver solver(options);
+    solver.SolveBones(&problem_);
+    EXPECT_TRUE(problem_.bones.empty());
+    const SolveCounts counts = solver.ExtractCounts();
+    EXPECT_EQ(counts.not_finite, 1);
+    EXPECT_EQ(counts.bones_dropped, bones ? 1 : 0);
+  }
+}
+
 // Weights at states that no solve has found must not make views inliers, nor
 // replace the zero weights of joints that an earlier solve left in doubt.
 TEST_F(CeresSolverTest, AFailedSolveKeepsTheWeights) {

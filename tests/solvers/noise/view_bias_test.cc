@@ -173,6 +173,65 @@ TEST_F(ViewBiasTest, IsUnusedIfAllPeopleFaceOneWay) {
   EXPECT_TRUE(learnt.empty());
 }
 
+// The solution of a body that turns once on the spot in front of `cameras`. The
+// left hip, detected 2 px off, is seen by all cameras in the first `shared` of
+// the frames, then by each camera in turn, alone.
+PersonProblem TurningBody(const Skeleton& skeleton, const CameraRig& cameras,
+                          double shared) {
+  constexpr int kFrames = 240;
+  PersonProblem body;
+  body.joints.resize(skeleton.joints().size());
+  const auto place = [&](const char* name, const Eigen::Vector3d& point_m) {
+    State state = State::Zero();
+    state.head<3>() = point_m;
+    body.joints[skeleton.IndexOf(name)].states.back() = state;
+  };
+  JointChain& hip = body.joints[skeleton.IndexOf("l_hip")];
+  for (int k = 0; k < kFrames; ++k) {
+    body.times.push_back(FromSeconds(0.1 * k));
+    for (JointChain& chain : body.joints) chain.states.push_back(State::Zero());
+    const double heading = 2.0 * kPi * k / kFrames;
+    const Eigen::Vector3d left(-std::sin(heading), std::cos(heading), 0.0);
+    const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d hip_m = 0.15 * left + 0.9 * up;
+    place("l_hip", hip_m);
+    place("r_hip", -0.15 * left + 0.9 * up);
+    place("l_shoulder", 0.2 * left + 1.4 * up);
+    place("r_shoulder", -0.2 * left + 1.4 * up);
+    const size_t alone = static_cast<size_t>(k) % cameras.size();
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      if (k >= shared * kFrames && v != alone) continue;
+      PixelMeasurement& seen = hip.measurements.emplace_back();
+      seen.px = *cameras[v].Project(hip_m) + Eigen::Vector2d(2.0, 0.0);
+      seen.camera = &cameras[v];
+      seen.weight = 1.0;
+    }
+    for (JointChain& chain : body.joints) {
+      chain.first.push_back(static_cast<int32_t>(chain.measurements.size()));
+    }
+  }
+  return body;
+}
+
+// A single view contributes no residual, so its direction must not count.
+TEST_F(ViewBiasTest, ASingleViewIsNoViewingDirection) {
+  const auto learnt = [this](double shared) {
+    BiasSeries series(joints_, static_cast<int>(cameras_.size()));
+    AddBiasResiduals(joints_, cameras_, 10.0, ErrorCorrelation{0.0, 0.3},
+                     TurningBody(skeleton_, cameras_, shared), &series);
+    return series.Fit(true);
+  };
+  const ViewBias all = learnt(1.0);
+  EXPECT_EQ(all.joints[entry_].observations, 5 * 240);
+  EXPECT_NEAR(all.azimuth_deg, 360.0, 1e-9);
+  EXPECT_TRUE(all.joints[entry_].used);
+  const ViewBias quarter = learnt(0.25);
+  EXPECT_EQ(quarter.joints[entry_].observations, 5 * 60);
+  // 90 degrees, and the sectors at both ends.
+  EXPECT_LE(quarter.azimuth_deg, 120.0);
+  EXPECT_FALSE(quarter.joints[entry_].used);
+}
+
 // Left and right share coefficients, mirrored: left of the left hip corresponds
 // to right of the right hip.
 TEST_F(ViewBiasTest, LeftAndRightAreMirrored) {
