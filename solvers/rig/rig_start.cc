@@ -318,7 +318,8 @@ RigStart JoinPairs(const CameraRig& intrinsics,
         std::none_of(pairs.begin(), pairs.end(), [&](const PairFit& other) {
           const bool meets = other.a == pair.a || other.a == pair.b ||
                              other.b == pair.a || other.b == pair.b;
-          return meets && other.lead() > pair.lead();
+          return meets && other.evidence >= kLeastEvidenceS &&
+                 other.lead() > pair.lead();
         });
     if (!is_best_of_its_views) continue;
     Joiner joiner(intrinsics, tracklets, pairs, bones);
