@@ -29,9 +29,9 @@ DEFINE_string(unit, "",
 DEFINE_string(image_size, "",
               "image size [px] of a calibration without one: W,H");
 DEFINE_string(axes, "",
-              "world axes that become the file's X,Y,Z, such as x,-z,y; "
-              "applies to the result and to the input, each if its format has "
-              "its own axes (see --formats); if neither has, to the input");
+              "world axes that become the file's X,Y,Z, such as x,-z,y; used "
+              "for those of input and output whose format has axes of its own "
+              "(see --formats); if neither has any, for the input");
 DEFINE_string(markers, "ours",
               "names of the joints in formats that name them: ours (l_hip), "
               "pose2sim (LHip, Hip) or opensim (LHip, midHip)");

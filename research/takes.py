@@ -29,7 +29,8 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, TAKES)
 import field_lib  # noqa: E402
 
-MISSING_PX = 30.0  # limit of errors in the mean, also for a point without an estimate
+# In the mean, a larger error counts as this, and so does a point without an estimate.
+MISSING_PX = 30.0
 
 
 def build():

@@ -22,7 +22,8 @@ const std::vector<std::string>& OutputNames() {
 
 void EstimatorOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("mode", &mode, {"paper", "graph"},
-                 "the pair of estimators: the paper's, or the factor graph");
+                 "the paper's tracking rules and estimator, or kinegraph's "
+                 "(output.estimator)");
   visitor.Enter("tracking");
   visitor.Choice("feedback", &feedback, {"gaussian", "window"},
                  "graph mode: the estimator that serves association");
@@ -60,8 +61,8 @@ EstimatorPair MakeEstimators(const EstimatorOptions& options) {
   const bool same = feedback == options.output;  // one estimator in both roles
   EstimatorPair pair;
   pair.notes = std::make_shared<RecordingNotes>(options.graph);
-  // Every factory has its own notes: people of different runs or passes must
-  // not learn from each other.
+  // `pair.notes` are those of the estimator whose poses are written. A feedback
+  // estimator of another kind gets none: each of its people learns alone.
   pair.feedback =
       SmootherOf(feedback).make(options, same ? pair.notes : nullptr);
   if (!same) pair.output = MakeOutput(options.output, options, pair.notes);

@@ -64,8 +64,9 @@ struct EstimatorOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Whether a pose depends only on frames up to its own. (For a filter, which
-// joints of a bridged gap are written is nevertheless known only afterwards.)
+// Whether a pose depends only on frames up to its own. Exception: a filter
+// writes a joint inside a gap only if the gap is short enough to be bridged,
+// which is known only when it ends.
 bool IsCausal(OutputKind kind, const EstimatorOptions& options);
 
 // A factory of one kind, whatever options.mode is. Data learnt from the

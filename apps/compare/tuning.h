@@ -15,8 +15,8 @@ namespace kinegraph {
 // One point of a grid.
 struct TuningPoint {
   StrategyValues values;
-  // Mean of min(error, 30 px) by fold, on the detections on which that fold is
-  // scored; NaN: the strategy could not be run.
+  // Mean of min(error, 30 px) for each fold, run on the detections of the fold
+  // and scored in its frames; NaN: the strategy could not be run.
   std::vector<double> error_px;
   double pooled_px = 0.0;  // over both folds
 };

@@ -90,8 +90,9 @@ Json ToJson(const Camera& camera, const std::string& view) {
 
 // Intermediate data for one result.
 struct ResultWork {
-  std::map<TrackId, uint16_t> person_of;         // index into the page's ids
-  std::optional<DetectionPairing> pairing;       // tracks beside detections
+  std::map<TrackId, uint16_t> person_of;  // index into the page's ids
+  // Pairs people with detections; none for the truth or without detections.
+  std::optional<DetectionPairing> pairing;
   std::vector<std::vector<double>> differences;  // [frame][person], < 0: none
   PoseArrays arrays;
   std::vector<Moment> residuals;
@@ -221,7 +222,8 @@ void PageMaker::ChooseStrides() {
     for (const TrackFrame& frame : result.tracks.frames) {
       if (clock_.count(frame.frame) == 0) continue;
       const auto people = static_cast<double>(frame.people.size());
-      // Per body without feet, else 18 (AnglesOf); 2 bytes each.
+      // Angles of 2 bytes (AnglesOf): a body without feet has 16. One with feet
+      // has 18, for which 16 is near enough.
       constexpr double kAngles = 16.0;
       poses += people * (20.0 + 2.0 * kAngles + 7.0 * joints + 2.0 * views);
       if (options_.with_covariance) poses += people * 4.0 * kAngles;

@@ -31,9 +31,9 @@ struct CameraParameters {
 class Camera {
  public:
   // Throws OptionError when K is singular or not an upper-triangular matrix
-  // with positive focal lengths and K(2,2) = 1 (all within 1e-6), R is not a
-  // rotation within 1e-3 (files round; it is then made orthonormal), the size
-  // is negative, or a number is not finite.
+  // with positive focal lengths and K(2,2) = 1 (all within 1e-6), R deviates
+  // from a rotation by more than 1e-3 (smaller deviations, from rounding in
+  // files, are removed), the size is negative, or a number is not finite.
   explicit Camera(CameraParameters parameters);
 
   const std::string& name() const { return parameters_.name; }

@@ -32,7 +32,8 @@ class PostureModel {
 
  private:
   Eigen::Vector3d up_;
-  double strangers_m_;  // median distance between two people
+  // Median PostureDistance between two different people at the same time.
+  double strangers_m_;
 };
 
 }  // namespace kinegraph

@@ -56,7 +56,8 @@ std::string Beginning(const std::string& path) {
 }
 
 // COCO's results contain "image_id", MMPose's predictions "instances" or
-// "keypoint_scores"; other arrays are longcw's 3D poses.
+// "keypoint_scores"; other arrays are 3D poses in the format of longcw's
+// crossview data (core/io/text/longcw.h).
 FileKind KindOfArray(const std::string& path) {
   const std::string text = Beginning(path);
   for (const char* key :

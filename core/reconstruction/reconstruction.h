@@ -111,7 +111,8 @@ class Reconstructor {
   void Filter(Span<UsedView> views, double alpha_px, const Pose3d* predicted,
               Reconstruction* reconstruction);
   void Triangulate(Span<UsedView> views);
-  // The views that measure the joint, newest pose first within a view.
+  // Lists the poses that measure the joint, at most one per view, in measured_
+  // and rays_.
   void Measure(Span<UsedView> views, size_t joint_idx);
   // For a joint whose triangulation in lanes did not converge.
   TriangulationResult TriangulateAlone(Span<UsedView> views, size_t joint_idx);

@@ -28,7 +28,8 @@ struct RecordedPeopleOptions {
   std::vector<double> y_m;
   std::vector<double> turn_deg;
   double hold_sway_m = 0.006;  // RMS sway of a held body, 1 m above the ankles
-  double joint_sway_m = 0.0;   // mean amplitude of joint centres
+  // Mean amplitude of the motion of joint centres as joints bend.
+  double joint_sway_m = 0.0;
 
   void Describe(OptionVisitor& visitor);
 };

@@ -12,7 +12,8 @@
 
 namespace kinegraph {
 
-// Indices of a change's parameters; each begins a block.
+// Indices of a change's parameters. Each begins a block; its comment begins
+// with the size of the block.
 inline constexpr int kRotationAt = 0;  // 3 [rad], about the camera's axes
 inline constexpr int kCentreAt = 3;    // 3 [m], in the world
 inline constexpr int kShiftAt = 6;     // 2 [px], in the image

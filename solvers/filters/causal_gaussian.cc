@@ -84,8 +84,9 @@ class CausalGaussian final : public Estimator {
     Pose3d pose;
   };
 
-  // `duration` in the time unit of velocity_: seconds, or frames, each taken
-  // for one stored pose.
+  // `duration` in the time unit of velocity_: seconds for kOverTime; otherwise
+  // frames, because velocity_ is then per stored pose and a stored pose counts
+  // as one frame.
   double VelocityUnits(TimeNs duration) const {
     return options_.velocity == VelocityRule::kOverTime
                ? ToSeconds(duration)

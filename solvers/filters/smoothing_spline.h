@@ -31,17 +31,19 @@ Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
 // and Wahba 1979), all columns together:
 //   n sum |y - f|^2 / trace(I - A)^2,
 // with the trace from the central bands of the inverse (Hutchinson and de Hoog
-// 1985), as in Woltring's GCVSPL (1986). For cut-offs f = (lambda
-// step)^(-1/4) / (2 pi) from 1/1000 of the mean sampling rate to twice that
-// rate: a grid in steps of a tenth of a decade of lambda, then a golden-section
-// search. This formula holds for densely sampled waves: with f at half the
-// rate the spline still passes 67 % of the fastest wave, with f at twice the
-// rate 99.8 %, so that exact values are kept. Needs at least five values.
+// 1985), as in Woltring's GCVSPL (1986). Searches cut-off frequencies c, where
+// lambda h = (2 pi c)^-4 with the mean sampling interval h, from 1/1000 of the
+// mean sampling rate to twice that rate: on a grid with ten points per decade
+// of lambda, then by golden section. This relation of lambda and c holds for
+// densely sampled waves: with c at half the rate the spline still passes 67 %
+// of the fastest wave, with c at twice the rate 99.8 %, so that exact values
+// are kept. Needs at least five values.
 double ChooseLambdaByGcv(const std::vector<double>& times_s,
                          const Samples& values);
 
-// Minimum of `score` between `low` and `high`: a grid of `step`, then a
-// golden-section search between the neighbours of the best point, to 1e-6.
+// The argument between `low` and `high` at which `score` is least: a grid of
+// `step`, then a golden-section search between the neighbours of the best
+// point, until the interval is at most 1e-6 long.
 double LeastOnGrid(double low, double high, double step,
                    const std::function<double(double)>& score);
 

@@ -122,8 +122,9 @@ double IndependentShare(const ErrorCorrelation& correlation, double period_s) {
 
 BiasVector SolveBias(const BiasSums& sums, double ridge) {
   if (sums.observations == 0) return BiasVector::Zero();
-  // In units where each feature has a root mean square of one and weights a
-  // mean of one.
+  // The prior counts as `ridge` independent observations, each with the mean
+  // weight of an independent observation and, for every feature, the weighted
+  // mean square (at least 1e-4).
   const double mean_weight = sums.weight / sums.independent;
   BiasVector diagonal;
   for (int i = 0; i < kViewFeatureCount; ++i) {

@@ -150,7 +150,8 @@ Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
         Passed(w / at.frequency) * power * power * spectrum(w) / kBandSteps;
   }
   static const WhitePowers white;
-  const double values = frame_s * at.frequency / kPi;  // per axis and frame
+  // Independent values per axis and frame: twice the crossover [Hz] per second.
+  const double values = frame_s * at.frequency / kPi;
   return {at.divisor,
           3.0 * std::min(1.0, values),
           variance_m2 * values * noise,
@@ -320,8 +321,9 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
 LagLearner::Ratios LagLearner::Fit() const {
   // Prior: this many values with the expected variances.
   constexpr double kPrior = 30.0;
-  // A ratio above one is due to outliers or to a different correlation of the
-  // errors, and carries no information about frequencies below the crossover.
+  // A noise ratio above one is due to outliers or to a different correlation of
+  // the errors, and carries no information about frequencies below the
+  // crossover. The lag's ratio may exceed one.
   constexpr double kLeastNoise = 0.5;
   constexpr double kMostNoise = 1.0;
   constexpr double kMostLag = 4.0;

@@ -25,11 +25,10 @@ struct ClockSearch {
 // frame; 1 if more than a tenth of the steps are not multiples of their median.
 int64_t UsualStep(const std::vector<DetectionFrame>& frames);
 
-// The detections with an empty frame at every missing multiple of `step` after
-// a frame, so that a lag in frames is a lag in time. At either end of a gap at
-// most `longest` empty frames are added, which suffices for lags of up to
-// `longest` frames; fewer if gaps are so many that more than ten empty frames
-// per recorded frame would be added.
+// Fills gaps with empty frames at intervals of `step`, so that a lag in frames
+// is a lag in time. At either end of a gap it adds at most `longest` of them,
+// which suffices for lags of up to `longest` frames, and in total at most ten
+// per recorded frame.
 DetectionSequence OnGrid(const DetectionSequence& detections, int64_t step,
                          int64_t longest);
 

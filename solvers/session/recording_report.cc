@@ -231,9 +231,9 @@ struct RecordingReporter::Impl {
     return report;
   }
 
-  // Adds views with hardly any matches that show hardly more people than were
-  // written. CameraCheck misses such a view if its detections lie at people's
-  // positions by chance.
+  // Adds cameras of whose detections hardly any are matched, although there are
+  // at most 1.2 times as many detections as poses in the result. CameraCheck
+  // misses such a camera if its detections lie at people's positions by chance.
   static void AddStrangers(RecordingReport* report) {
     constexpr double kOthers = 1.2;  // margin for other people in an image
     using Kind = CameraWarning::Kind;
@@ -397,7 +397,8 @@ struct RecordingReporter::Impl {
            KeyOf("gates", "speed_mps", usual.speed_mps);
   }
 
-  // Records the time since the previous frame; to be called before SeeSpeeds,
+  // Counts steps of the clock that are not forward, and stores intervals longer
+  // than kHole unless empty frames are left out; to be called before SeeSpeeds,
   // which sets last_time_.
   void SeeStep(const TrackFrame& frame) {
     if (frames_ < 2) return;

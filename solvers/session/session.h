@@ -7,10 +7,10 @@
 //   for (const TrackFrame& done : session.Finish()) Use(done);
 //   session.summary();  // how many frames, people, poses
 //
-// Implements everything that a configuration can request except changes to
-// cameras and clocks (ready_recording.h): choice of views, warm-up (repetitions
-// of the first frame, input.repeat_first_frame), rules of paper mode, linking
-// of identities, second pass.
+// Implements everything that a configuration can request, namely choice of
+// views, warm-up (repetitions of the first frame, input.repeat_first_frame),
+// rules of paper mode, linking of identities and second pass, but no changes to
+// cameras and clocks (ready_recording.h).
 #ifndef KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 #define KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 

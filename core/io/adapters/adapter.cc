@@ -382,7 +382,8 @@ class AdapterRun::Impl {
     constexpr int kEnd_ms = 2000;
     const ProcessEnd end = program_->Wait(kEnd_ms);
     if (program_->was_ended()) return;
-    // The pipe broke because the reader stopped, for the reason it throws.
+    // The reader stopped because of an error of its own, which it throws; only
+    // this broke the pipe.
     if (reader_stopped && end.broke_pipe()) return;
     const std::string fault = Fault(end, name_, hint_, LastLine(errors_.get()));
     if (!fault.empty()) Throw(path_, fault);

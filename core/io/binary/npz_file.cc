@@ -227,7 +227,8 @@ void NpzReader::ReadDirectory() {
   }
   const auto count = NumberAt<uint16_t>(text, end + 10);
   size_t at = NumberAt<uint32_t>(text, end + 16);
-  size_t all_bytes = 0;  // several entries may share the same data
+  // Sum over the entries; exceeds the file's size only if entries share data.
+  size_t all_bytes = 0;
   for (int i = 0; i < count; ++i) {
     if (at > end || end - at < kEntryBytes ||
         text.substr(at, 4) != "PK\x01\x02") {

@@ -36,8 +36,8 @@ std::string YamlNameOf(const JsonField& field) {
 }
 
 // Throws InputError naming a camera whose name cannot be part of a key of
-// OpenCV's FileStorage, as in EasyMocap's files. Other names are not written to
-// OpenCV's files either, which are named after their cameras.
+// OpenCV's FileStorage, as in EasyMocap's files. Such a name is refused for
+// OpenCV's files too, which are named after their cameras.
 void CheckKeyName(const Camera& camera) {
   const bool is_plain =
       std::all_of(camera.name().begin(), camera.name().end(), [](const char c) {

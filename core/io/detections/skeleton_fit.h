@@ -54,7 +54,8 @@ class SkeletonFit {
 
   static constexpr double kClearly = 0.85;
   static constexpr size_t kEnoughPeople = 5;
-  // The largest median share found for a right layout was 0.26.
+  // Above this median share, a layout is implausible; the right layouts above
+  // have 0.21 and 0.18.
   static constexpr double kImplausible = 0.32;
 
  private:

@@ -78,8 +78,8 @@ std::string UnitNote(const std::string& path, const TrackReadOptions& options,
     fitting += fmt::format("{}--unit={} makes that {:.2g} m",
                            fitting.empty() ? ": " : ", ", name, then_m);
   }
-  return fmt::format("people in {} as {} are {:.2g} m tall{}", format.name,
-                     used, extent_m, fitting);
+  return fmt::format("people read from {} in {} have an extent of {:.3g} m{}",
+                     format.name, used, extent_m, fitting);
 }
 
 Stance StanceOf(const TrackSequence& tracks) {

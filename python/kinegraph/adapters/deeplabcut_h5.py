@@ -122,7 +122,8 @@ def read(path, options):
     there = np.isfinite(points).all(axis=3)
     numbers = frames.astype(int).tolist()
     for r in order:
-        # All individuals, seen or not, so that indices match those of other detectors.
+        # All individuals, seen or not: if a view has several detectors, kinegraph pairs
+        # their individuals by index.
         people = [
             {"joints": [p if t else None for p, t in zip(person, is_there)]}
             for person, is_there in zip(points[r].tolist(), there[r].tolist())

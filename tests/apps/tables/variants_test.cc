@@ -86,8 +86,9 @@ TEST(SweepsTest, ThePublishedValueHasNoDifferenceFromItself) {
     EXPECT_EQ(published.difference.interval.low, 0.0);
     EXPECT_EQ(published.difference.interval.high, 0.0);
   }
-  // lambda_a scales a whole row of the affinities, and so changes PCP by less
-  // than half a percentage point.
+  // lambda_a multiplies a track's affinities to all detections of a view by the
+  // same factor, which has little influence on the assignment: PCP changes by
+  // less than half a percentage point.
   for (const SweptValue& value : sweeps.back().values) {
     EXPECT_NEAR(value.difference.value, 0.0, 0.5);
   }

@@ -71,9 +71,9 @@ TEST(AffinityTest, MatchesHandComputedValues) {
   }
 }
 
-// With graph mode's gate, which grows as people move, four or five common
-// joints match if all are within the gate and lie within half of it on average;
-// three do not.
+// With graph mode's gate (reach_m_per_frame > 0), four or five common joints
+// match if all are within the gate and, on average, within half of it; three do
+// not.
 TEST(AffinityTest, FewJointsMatchIfAllAreNear) {
   AssociationOptions graph = Options();
   graph.reach_m_per_frame = 0.12;
@@ -199,7 +199,7 @@ class CrossViewAffinityTest : public ::testing::Test {
 TEST_F(CrossViewAffinityTest, SumsBothTermsOverTheJoints) {
   // 17 (0.4 * 0.8 + 0.6 * 0.6) e^-5.
   EXPECT_NEAR(Affinity(1.0), 17.0 * 0.68 * std::exp(-5.0), kRounding);
-  // Observations of this frame do not decay.
+  // The 3D term does not decay if the expected pose is of this frame (age 0).
   EXPECT_NEAR(Affinity(0.0), 17.0 * (0.32 * std::exp(-5.0) + 0.36), kRounding);
   // The 2D term has its own age: 12 px of a gate of 2 * 60 px.
   for (LastSeenJoint& joint : last_seen_) joint.age_frames = 2.0;

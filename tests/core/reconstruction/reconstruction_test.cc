@@ -124,7 +124,8 @@ TEST_F(ReconstructionTest, SixLostJointsOfSeventeenFailFiveDoNot) {
 
 // Joints that only one of two views measures are no contradictions
 // (LostRule::kContradicted, the default).
-TEST_F(ReconstructionTest, JointsOfOneViewDoNotFailTheUpdate) {
+TEST_F(ReconstructionTest,
+       JointsOfOneViewFailTheUpdateOnlyIfUnderAQuarterRemain) {
   for (int j = 0; j < 12; ++j) SeenBy(j, {j % 2});
   EXPECT_TRUE(Update({0, 0}));
   EXPECT_EQ(out_.seen_joints, 17);
@@ -136,7 +137,7 @@ TEST_F(ReconstructionTest, JointsOfOneViewDoNotFailTheUpdate) {
   EXPECT_FALSE(Update({0, 0}));
 }
 
-TEST_F(ReconstructionTest, ContradictionsFailInGraphModeToo) {
+TEST_F(ReconstructionTest, MoreThanAThirdContradictedFailsTheUpdate) {
   for (int j = 0; j < 8; ++j) SeenBy(j, {j % 2});
   // Up to max_lost_share = 1/3 of the nine joints measured by two views may be
   // contradictory.
@@ -274,8 +275,8 @@ TEST_F(JointsFilterTest, ThePredictionDecidesEvenAgainstTheMajority) {
 }
 
 TEST_F(JointsFilterTest, TiesRemoveSecondRayWithPredictionElseFirst) {
-  // Rays from one camera position cannot conflict, so the tie is made by
-  // symmetry: the prediction is midway between two skew rays.
+  // The prediction is midway between two skew rays, so it is equally far from
+  // both.
   StandInARow({-0.5, 0.5});
   const std::vector<JointRay> rays = {{0, {320, 290}}, {1, {320, 190}}};
   const Eigen::Vector3d midway(0, 0, 4);

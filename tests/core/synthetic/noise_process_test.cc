@@ -54,7 +54,7 @@ TEST(MarkovBursts, RatesOfZeroAndOneAreExact) {
   }
 }
 
-TEST(MarkovBursts, ARateThatChangesHoldsInItsFrames) {
+TEST(MarkovBursts, EachOfTwoAlternatingRatesHoldsInItsFrames) {
   constexpr std::array<double, 2> kRates = {0.1, 0.6};
   constexpr double kBurst = 6.0;  // frames
   constexpr int kRun = 50;        // frames at one rate, then at the other
@@ -114,8 +114,9 @@ TEST(SlowStudentScale, SlowScaleKeepsTheDistribution) {
   const double inflation = std::sqrt((1.0 + kRho) / (1.0 - kRho));
   EXPECT_NEAR(inverse / kFrames, 4.0,
               5.0 * 2.0 / std::sqrt(kFrames) * inflation);
-  // Correlation rho; its error is below 1/sqrt(n) times the inflation and a
-  // factor for the kurtosis of the gamma distribution (3 + 6/4 against 3).
+  // Correlation rho. The product of two standardised values has the variance
+  // E[x^2 y^2] - rho^2, at most the kurtosis 3 + 6/4 minus 0.81, so its
+  // standard deviation is below 2; inflation as above.
   EXPECT_NEAR(product / kFrames / 4.0, kRho,
               5.0 * 2.0 / std::sqrt(kFrames) * inflation);
 }

@@ -56,7 +56,7 @@ TEST(BirthPrior, ScalesPositionsAndVelocitiesByTheSigmas) {
 
 // ---- Measurements ----
 
-TEST(GateMeasurements, GatesExactlyMeasurementsWithoutAnImage) {
+TEST(GateMeasurements, GatesExactlyTheViewsWithoutAProjectionOfTheState) {
   SmallChain small;
   const State seen = small.chain.states[1];
   small.chain.states[1].head<3>() = 1.5 * small.cameras[1].centre();
@@ -94,7 +94,8 @@ TEST(StoreWeights, WeightsAreTheDerivativesOfTheLoss) {
 TEST(DoubtUnsettled, ZeroesTheWeightsOfMovingStates) {
   SmallChain small;
   StateChain step(2, State::Zero());
-  step[0].tail<3>().setConstant(9.0);  // velocities do not count
+  // Velocities do not count; positions do from 5 cm on.
+  step[0].tail<3>().setConstant(9.0);
   step[1][2] = -0.049;
   EXPECT_EQ(DoubtUnsettled(step, &small.chain), 0);
   EXPECT_EQ(small.At(1, 0).weight, 1.0);

@@ -104,7 +104,8 @@ TEST(ACameraThatWasMoved, IsReportedWithTheFrameAndTheBetterSideIsKept) {
   EXPECT_EQ(answer->detections->frames.back().frame, 59);
 }
 
-TEST(ACameraThatWasMoved, IsReportedForTheFramesBeforeALaterCalibration) {
+TEST(ACameraThatWasMoved,
+     IsReportedForTheFramesBeforeTheMoveIfCalibratedAfterIt) {
   WalkersRoom room = WithTurn();
   for (size_t k = 0; k < 120; ++k) {
     for (Keypoint& joint : room.View(k, 2).detections[0].joints) {
@@ -125,7 +126,7 @@ TEST(ACameraThatWasMoved, IsNotReportedWithoutFaultsOrForLostImages) {
   EXPECT_FALSE(AskForBreak(WithJump(16).Looked()).has_value());
 }
 
-TEST(ACameraThatWasMoved, IsNotSearchedInTwoViewsWithoutMatchesOrIfDisabled) {
+TEST(ACameraThatWasMoved, IsNotSearchedWithoutMatchesOrIfDisabledOrInTwoViews) {
   WalkersRoom unmatched = WithTurn();
   unmatched.input.match = nullptr;
   EXPECT_FALSE(AskForBreak(unmatched.Looked()).has_value());

@@ -17,7 +17,8 @@ FaultyScene FourViews(uint64_t seed) {
   return MakeFaultyScene({seed, 4, 2, 5.0});
 }
 
-// The first finding has this kind and camera, and no other finding is likely.
+// The first finding has this kind and camera, and findings of other kinds have
+// a confidence of at most 0.5.
 void ExpectOnly(const Diagnosis& diagnosis, const std::string& kind,
                 const std::string& camera) {
   ASSERT_FALSE(diagnosis.findings.empty()) << kind;
@@ -109,8 +110,9 @@ TEST(ViewChecks, ViewsWithoutACommonFrameAreReported) {
 }
 
 // In all images y counts from the bottom, and the cameras are calibrated
-// accordingly, so all views agree in a mirror image of the world. If left and
-// right were exchanged instead, people would be upright in the images.
+// accordingly, so all views agree in a mirror image of the world. Left and
+// right exchanged in all views would also look like a mirror image, but people
+// would then be upright in the images.
 TEST(ViewChecks, MirrorImageOfTheRoomIsReported) {
   FaultyScene scene = FourViews(3);
   const Eigen::DiagonalMatrix<double, 3> flip(1.0, -1.0, 1.0);

@@ -15,7 +15,7 @@ constexpr int kFrames = 250;  // 10 s
 
 // Two people and three cameras. The first person is tracked throughout, the
 // second in the last `followed` frames; view 1 alone detects the second, in the
-// frames that `is_seen`. `clock`: times in frames, by frame.
+// frames for which `is_seen` is true. `clock`: times in frames, by frame.
 std::vector<UnfollowedPerson> Often(const std::function<bool(int)>& is_seen,
                                     int followed,
                                     const std::function<int(int)>& clock) {

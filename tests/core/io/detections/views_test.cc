@@ -79,7 +79,8 @@ TEST(CocoViews, AnotherRateOverridesTheFilesOrIsRefused) {
   EXPECT_THAT(FaultOf("take.json", kCoco, options),
               HasSubstr("take.json: --frame_rate=30 is for input that does not "
                         "specify its rate, but the input specifies 50 Hz"));
-  options.frame_rate_hz = 49.95;  // alike
+  // Within 1 % of the file's 50 Hz, so not another rate (AreOtherRates).
+  options.frame_rate_hz = 49.95;
   EXPECT_EQ(RecordingIn("take.json", kCoco, options).header.frame_rate_hz,
             49.95);
   const std::string without =
@@ -209,8 +210,8 @@ constexpr const char* kHeader =
 TEST(TwoDetectors, AreFusedJointByJoint) {
   const TemporaryFolder folder;
   const std::string header = kHeader;
-  // The diagonal of a box of some 300 x 400 px is some 500 px, so that
-  // positions disagree if they are more than about 25 px apart.
+  // Positions disagree if they are farther apart than 5 % of the diagonal of
+  // the box around all joints: some 25 px for a box of some 300 x 400 px.
   folder.Write("seeds/rng0/cam1.csv", header + "0,100,100,0.9,400,500,0.4\n" +
                                           "1,100,100,0.9,400,500,0.8\n" +
                                           "2,100,100,0.9,,,\n");

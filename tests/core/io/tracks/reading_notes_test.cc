@@ -175,8 +175,8 @@ TEST(ReadingNotes, ImplausibleSizesAreNotedWithFittingUnits) {
   const TrackSequence right = ReadTracks(cm);
   EXPECT_EQ(UnitNote(cm, {}, right), "");
   EXPECT_THAT(UnitNote(m, {}, ReadTracks(m)),
-              HasSubstr("people in bvh as cm are 0.014 m tall: --unit=m makes "
-                        "that 1.4 m"));
+              HasSubstr("people read from bvh in cm have an extent of "
+                        "0.0141 m: --unit=m makes that 1.4 m"));
   TrackReadOptions metres;
   metres.unit_m = ParseLengthUnit("m");
   const TrackSequence scaled = ReadTracks(m, metres);
@@ -190,7 +190,8 @@ TEST(ReadingNotes, ImplausibleSizesAreNotedWithFittingUnits) {
               2e-6);
   }
   EXPECT_THAT(UnitNote(cm, metres, ReadTracks(cm, metres)),
-              HasSubstr("people in bvh as m are 1.4e+02 m tall: --unit=cm"));
+              HasSubstr("people read from bvh in m have an extent of 141 m: "
+                        "--unit=cm"));
   EXPECT_TRUE(LeavesUnitOpen(cm));
   EXPECT_THAT(InputErrorOf([] { ParseLengthUnit("inch"); }),
               HasSubstr("--unit: found 'inch', expected m, cm or mm"));
