@@ -242,9 +242,9 @@ std::optional<Adapter> Asked(std::vector<std::string> command,
                     std::to_string(kRecognise_ms / 1000) + " s");
   }
   const ProcessEnd& end = *ended;
-  // A failure of a user's program means that it does not recognise the file.
-  // kinegraph-adapters fails only on an error; it need not be installed for
-  // other files.
+  // A user's program that fails does not recognise the file. kinegraph-adapters
+  // fails only on an error. If it is not installed, it recognises nothing: many
+  // files can be read without it.
   if (end.not_started != 0 && !is_own) {
     throw InputError(
         "--adapter", command.front(),
@@ -382,7 +382,8 @@ class AdapterRun::Impl {
     constexpr int kEnd_ms = 2000;
     const ProcessEnd end = program_->Wait(kEnd_ms);
     if (program_->was_ended()) return;
-    // The pipe broke because the reader stopped, for the reason it throws.
+    // The program failed only because the reader stopped reading; the reader's
+    // own exception gives the reason.
     if (reader_stopped && end.broke_pipe()) return;
     const std::string fault = Fault(end, name_, hint_, LastLine(errors_.get()));
     if (!fault.empty()) Throw(path_, fault);

@@ -99,7 +99,7 @@ Syntax GuessSyntax(const std::string& text, const std::string& path) {
 }  // namespace
 
 // In the order of listings. No two formats recognise the same file. A folder
-// with files of several formats is read in the first of these.
+// with files of several formats is read in the first of these formats.
 const std::vector<CalibrationFormat>& CalibrationFormats() {
   static const std::vector<CalibrationFormat> kFormats = {
       {"kinegraph", "cameras.json", Syntax::kJson, RecogniseKinegraph,

@@ -60,7 +60,8 @@ struct DetectionReadOptions {
   // Allows times that repeat or decrease in kinegraph's own format, for callers
   // that can use them (Session).
   bool any_clock = false;
-  // Skips and counts frames of kinegraph's own format that cannot be read.
+  // Skips and counts frames of kinegraph's own format that cannot be read or
+  // are rejected, for example because of the limits above.
   bool skip_bad_frames = false;
 
   // The keys of the table "detections"; the caller enters the table.
