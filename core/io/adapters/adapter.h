@@ -1,8 +1,8 @@
 // Adapters: programs that print files of other formats as kinegraph's JSON
 // Lines (docs/adapters.md). kinegraph's own are in kinegraph-adapters; a user's
 // adapters are in a folder that kinegraph-adapters searches, or given by
-// SetAdapter. Neither a recording nor a configuration can start a program. For
-// core/io only, except for the setters.
+// SetAdapter. Neither a recording nor a configuration can name a program to be
+// started. For core/io only, except for the setters.
 #ifndef KINEGRAPH_CORE_IO_ADAPTERS_ADAPTER_H_
 #define KINEGRAPH_CORE_IO_ADAPTERS_ADAPTER_H_
 

@@ -1,7 +1,7 @@
 // Reading 2D detections of any detector frame by frame. In kinegraph's own
 // format, in OpenPose's and in most formats of adapters, only one frame is in
-// memory; files of others are read as a whole, since their frames may be in any
-// order.
+// memory; files of other formats are read as a whole, since their frames may be
+// in any order.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 
