@@ -242,9 +242,9 @@ std::optional<Adapter> Asked(std::vector<std::string> command,
                     std::to_string(kRecognise_ms / 1000) + " s");
   }
   const ProcessEnd& end = *ended;
-  // A failure of a user's program means that it does not recognise the file.
-  // kinegraph-adapters fails only on an error; it need not be installed for
-  // other files.
+  // A user's program that fails does not recognise the file. kinegraph-adapters
+  // fails only on an error. If it is not installed, it recognises nothing: many
+  // files can be read without it.
   if (end.not_started != 0 && !is_own) {
     throw InputError(
         "--adapter", command.front(),

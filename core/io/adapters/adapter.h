@@ -1,8 +1,8 @@
 // Adapters: programs that print files of other formats as kinegraph's JSON
 // Lines (docs/adapters.md). kinegraph's own are in kinegraph-adapters; a user's
 // adapters are in a folder that kinegraph-adapters searches, or given by
-// SetAdapter. Neither a recording nor a configuration can start a program. For
-// core/io only, except for the setters.
+// SetAdapter. Neither a recording nor a configuration can name a program to be
+// started. For core/io only, except for the setters.
 #ifndef KINEGRAPH_CORE_IO_ADAPTERS_ADAPTER_H_
 #define KINEGRAPH_CORE_IO_ADAPTERS_ADAPTER_H_
 
@@ -50,7 +50,7 @@ class AdapterRun {
  public:
   // `options` are flags such as "--joints=17". `silence_ms` is the longest wait
   // for output; -1: a minute, plus a second for each of the first 3600 MiB of
-  // input. Throws InputError if the path cannot be read. A program that cannot
+  // input. Throws InputError if the path does not exist. A program that cannot
   // be started is reported by Guard and Finish.
   AdapterRun(const Adapter& adapter, const std::string& path,
              const std::vector<std::string>& options = {}, int silence_ms = -1);
@@ -82,7 +82,8 @@ class AdapterRun {
   std::unique_ptr<Impl> impl_;
 };
 
-// All output of an adapter.
+// All output of an adapter. Throws InputError if it exceeds 64 MiB, or if the
+// program is silent for too long, fails or does not end.
 std::string OutputOf(const Adapter& adapter, const std::string& path);
 
 // Converts to a format by kinegraph-adapters: `write` writes kinegraph's JSON

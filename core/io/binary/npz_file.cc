@@ -212,10 +212,10 @@ void NpzReader::Fail(const std::string& name,
   throw InputError(path_, name, message);
 }
 
-// Searches the end record (section 4.3.16 of APPNOTE.TXT) from the end of the
-// file, because a comment may follow it, and reads each entry of the central
-// directory (4.3.12). Sizes are those in the directory; local headers (4.3.7)
-// are only needed for the offset of the data.
+// Searches backwards for the end record (section 4.3.16 of APPNOTE.TXT), which
+// a comment may follow, and reads each entry of the central directory (4.3.12).
+// Sizes are those in the directory; local headers (4.3.7) are only needed for
+// the offset of the data.
 void NpzReader::ReadDirectory() {
   constexpr size_t kEndBytes = 22;
   constexpr size_t kEntryBytes = 46;

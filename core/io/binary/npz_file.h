@@ -74,8 +74,8 @@ class NpzFile {
   std::vector<Entry> entries_;
 };
 
-// One array: NumPy's type name ("<f8") and its bytes in C order, which are
-// those of the NpzReader.
+// One array: NumPy's type name ("<f8"), its shape, and its bytes in C order, a
+// view into the memory of the NpzReader.
 struct NpyArray {
   std::string type;
   std::vector<size_t> shape;

@@ -249,9 +249,11 @@ void CameraReadOptions::Describe(OptionVisitor& visitor) {
       "format of the calibration; auto recognises it by content");
   format = names[static_cast<size_t>(index)];
   visitor.Choice("unit", &unit, {"auto", "m", "cm", "mm"},
-                 "unit of the calibration's lengths; auto is the format's own");
-  visitor.NumberList("image_size", &image_size, Positive(), "px",
-                     "width and height if the calibration does not specify it");
+                 "unit of the calibration's lengths; auto is the one of the "
+                 "file or its format");
+  visitor.NumberList(
+      "image_size", &image_size, Positive(), "px",
+      "width and height, if the calibration does not specify them");
   visitor.Boolean("ignore_distortion", &ignore_distortion,
                   "treat every camera as an ideal pinhole camera");
   visitor.TextList("use", &use, "names of the cameras to use; empty: all");

@@ -26,9 +26,9 @@ struct CameraRecord {
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   // K refers to coordinates divided by the image size.
   bool normalised_K = false;
-  // The size is that of the sensor, or of its part that the video shows. Images
-  // may show all of it at another resolution: cameras.image_size may differ
-  // from the size if it has the same aspect ratio.
+  // width_px and height_px are those of the sensor, or of the part of it that
+  // the video shows; images may show the same part at another resolution.
+  // cameras.image_size may therefore differ if its aspect ratio is the same.
   bool may_be_scaled = false;
   std::string lens_model = "opencv5";
   std::vector<double> distortion;
@@ -99,7 +99,8 @@ class KeyReader {
   // present, they must agree. The model ("camera_model", "distortion_model",
   // ...) must be a pinhole, OpenCV's polynomial or OpenCV's fisheye model,
   // whose terms are k1 k2 k3 k4 in this order; "fisheye": true specifies the
-  // fisheye model, too. Leaves `record` unchanged if there is no lens.
+  // fisheye model, too. Leaves `record` unchanged if there are neither
+  // coefficients nor a fisheye model.
   void ReadLens(CameraRecord* record);
 
   // Reads "unit" or "units": m, cm or mm, or their names. Leaves `file`

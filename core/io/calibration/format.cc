@@ -98,8 +98,9 @@ Syntax GuessSyntax(const std::string& text, const std::string& path) {
 
 }  // namespace
 
-// In the order of listings. No two formats recognise the same file. A folder
-// with files of several formats is read in the first of these.
+// `convert --formats` lists them in this order. No two formats recognise the
+// same file. A folder with files of several formats is read in the first of
+// these formats.
 const std::vector<CalibrationFormat>& CalibrationFormats() {
   static const std::vector<CalibrationFormat> kFormats = {
       {"kinegraph", "cameras.json", Syntax::kJson, RecogniseKinegraph,

@@ -76,8 +76,8 @@ CalibrationHead LookAtCalibration(const std::string& path,
                                   const CalibrationFormat& format);
 // The first format that recognises `head`, or nullptr.
 const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
-// Whether a folder contains a calibration: by the names of its files, or by the
-// content of a config.toml.
+// Whether a folder contains a calibration: by the names of its files and, for
+// OpenCap, of those in its subfolders, or by the content of a config.toml.
 bool IsCalibrationFolder(const std::string& path);
 
 // Reads what an adapter prints for a path: kinegraph's own format, in any unit.

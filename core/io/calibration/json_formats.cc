@@ -17,8 +17,8 @@
 namespace kinegraph {
 namespace {
 
-// Whether the first object in an object has all of these keys. Texts and
-// numbers beside the cameras, such as a unit, do not count.
+// Whether the first member that is an object has all of these keys: texts and
+// numbers beside the cameras, such as a unit, are skipped.
 bool FirstMemberHas(const Json& json, const std::vector<const char*>& keys) {
   if (!json.is_object()) return false;
   const auto first =

@@ -85,8 +85,8 @@ CameraRecord ReadPose2simCamera(const std::string& name,
     camera->ReadLens(record);
     record->R = ReadRotation(camera->At("rotation"));
     record->t = camera->Vector3("translation");
-    // Caliscope's display options and calibration statistics, and the inverse
-    // pose that newer versions of FreeMoCap add.
+    // Accepts, but does not use, Caliscope's display options and calibration
+    // statistics, and the inverse pose that newer versions of FreeMoCap add.
     for (const char* key :
          {"port", "rotation_count", "exposure", "grid_count", "ignore",
           "verified_resolutions", "world_orientation", "world_position"}) {

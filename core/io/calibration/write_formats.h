@@ -22,12 +22,13 @@ inline bool HasSize(const Camera& camera) {
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields);
 
 // For formats without skew: CheckSkew throws InputError naming the camera if
-// its skew exceeds rounding; NoteSkew notes the largest skew that is omitted.
+// its skew exceeds 0.01 px, which may be rounding; NoteSkew notes the largest
+// skew that is omitted.
 void CheckSkew(const Camera& camera);
 void NoteSkew(const CameraRig& cameras, LostFields* lost_fields);
 
 // k1 k2 p1 p2 k3; zeros without a lens. Throws InputError naming the camera for
-// other models.
+// lens models other than opencv5.
 Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera);
 
 bool IsFisheye(const Camera& camera);

@@ -67,10 +67,9 @@ Eigen::Matrix3d RotationOfAxes(const Eigen::Matrix3d& axes) {
 //             sensor; radialDistortion1..3, tangentalDistortion1..2
 //   transform x, y, z   the camera's position, mm; r11 .. r33, whose rows are
 //             the camera's axes in the world: x right, y up, z backwards
-// Marker cameras are skipped if others have video, and so are cameras that are
-// not active or not calibrated. QTM's `viewrotation` only concerns the display
-// in its window: the numbers and the video file are in the sensor's
-// orientation.
+// Cameras that are not active or not calibrated are skipped, and marker cameras
+// if others have video. QTM's `viewrotation` only concerns the display in its
+// window: the numbers and the video file are in the sensor's orientation.
 //
 // The lens terms are OpenCV's, without unit. Pose2Sim multiplies them by 64
 // when it writes such a file (qtm-version="none") and divides them when it

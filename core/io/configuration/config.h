@@ -50,8 +50,8 @@ class ConfigFile {
   }
 
   // Reads the tables [skeletons.NAME] with joints = ["a", "b", ...] and bones =
-  // [["a", "b"], ...], in the order of their names. Throws InputError for the
-  // name of a built-in skeleton.
+  // [["a", "b"], ...], in the order of their names. Throws InputError for
+  // anything invalid, such as the name of a built-in skeleton.
   std::vector<Skeleton> ReadSkeletons();
 
   // Throws InputError for the first key that was not read, suggesting the most
@@ -61,7 +61,8 @@ class ConfigFile {
   // Whether the file or an override sets this key ("cameras.unit").
   bool Has(const std::string& key) const;
 
-  // The error with file and line, or the override, where its key is set.
+  // The error with the place where its key is set, either file and line or the
+  // flag of the override; with the file alone if the key is not set.
   InputError Locate(const OptionError& error) const;
 
  private:

@@ -108,7 +108,8 @@ class KeyLister : public OptionVisitor {
   std::vector<std::string> tables_;
 };
 
-// Escapes a text for a cell, which "|" would end.
+// A text for a cell of a Markdown table: escapes "|", which would end the cell,
+// and replaces line ends by spaces.
 std::string Cell(const std::string& text) {
   std::string cell;
   for (const char c : text) {

@@ -9,7 +9,7 @@
 //   cameras = "walk/cameras.json"     # relative to the manifest's folder
 //   detections = "walk/poses"
 //   ground_truth = "walk/truth.jsonl" # optional; requires protocol
-//   protocol = "mpjpe"                # of the evaluation
+//   protocol = "mpjpe"                # of the evaluation, with ground_truth
 //   frames = "0:500"                  # optional
 //   set = "input.frame_rate=25"       # optional: keys of this recording
 //   [[configurations]]

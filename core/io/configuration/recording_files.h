@@ -1,5 +1,6 @@
-// Small files that accompany a recording: the set of detections for errors of
-// held-out cameras, a detector's bias, and a user's definitions of joints.
+// Small files that accompany a recording: the set of detections on which errors
+// of held-out cameras are computed, a detector's bias, and a user's definitions
+// of joints.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_RECORDING_FILES_H_
 

@@ -24,7 +24,8 @@ struct RefinementRecord {
   struct Camera {
     std::string name;
     double offset_s = 0.0;  // added to the capture time
-    double drift = 0.0;     // [s/s], times the time since `clock_zero_s`
+    // [s/s]; drift * (capture time - clock_zero_s) is added, too.
+    double drift = 0.0;
     // Estimated parameters: indices of kCameraParameterNames, ascending.
     std::vector<int> places;
   };

@@ -69,7 +69,8 @@ std::optional<std::string> FirstFile(const std::string& folder) {
 
 }  // namespace
 
-// In the order of listings.
+// `convert --formats` lists them, and RecogniseDetections tries them, in this
+// order.
 const std::vector<DetectionFormat>& DetectionFormats() {
   using Files = DetectionFormat::Files;
   static const std::vector<DetectionFormat> kFormats = {

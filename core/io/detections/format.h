@@ -77,8 +77,8 @@ DetectionHead LookAtDetections(const std::string& path);
 // The first format that recognises `head`, or nullptr.
 const DetectionFormat* RecogniseDetections(const DetectionHead& head);
 
-// Whether the format of `path` omits frames without detections; false if no
-// format in DetectionFormats recognises it.
+// Whether the format of `path` (options.format, or the recognised one if that
+// is "auto") omits frames without detections; false if there is no such format.
 bool LeavesOutEmptyFrames(const std::string& path,
                           const DetectionReadOptions& options);
 

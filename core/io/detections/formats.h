@@ -18,8 +18,8 @@
 
 namespace kinegraph {
 
-// When a format's `open` is called, its options have been validated, and
-// `skeleton` is set if either a skeleton or its name was given.
+// When a format's `open` (format.h) is called, the DetectionReadOptions have
+// been validated, and `skeleton` is set if it or `skeleton_name` was given.
 
 // A keypoint from position and confidence. It is not found if one of the three
 // numbers is not finite or, with kMissing, if the confidence is not positive or
@@ -129,7 +129,9 @@ std::unique_ptr<DetectionSource> ReadViews(const NamedPaths& files,
                                            const DetectionReadOptions& options,
                                            ReadView read);
 
-// Reads kinegraph's JSON Lines from a pipe and closes it at the end (OwnLines).
+// Reads kinegraph's JSON Lines from a pipe, which the destructor of the source
+// closes. Messages call the pipe `name`; reading throws InputError if nothing
+// arrives for `silence_ms`.
 std::unique_ptr<DetectionSource> OpenLines(const std::string& name,
                                            const DetectionReadOptions& options,
                                            int pipe, int silence_ms);

@@ -30,7 +30,7 @@ class SkeletonFit {
   // Adds a person. Ignores people with fewer than eight found joints or four
   // bones and, to bound memory, everybody after the first four thousand.
   void See(const Detection& detection);
-  // Whether the limit is reached for at least one candidate.
+  // Whether the limit of See() is reached for at least one candidate.
   bool full() const;
 
   // Number of people measured: the maximum over the candidates.

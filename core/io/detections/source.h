@@ -1,7 +1,7 @@
 // Reading 2D detections of any detector frame by frame. In kinegraph's own
 // format, in OpenPose's and in most formats of adapters, only one frame is in
-// memory; files of others are read as a whole, since their frames may be in any
-// order.
+// memory; files of other formats are read as a whole, since their frames may be
+// in any order.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 
@@ -60,7 +60,8 @@ struct DetectionReadOptions {
   // Allows times that repeat or decrease in kinegraph's own format, for callers
   // that can use them (Session).
   bool any_clock = false;
-  // Skips and counts frames of kinegraph's own format that cannot be read.
+  // Skips and counts frames of kinegraph's own format that cannot be read or
+  // are rejected, for example because of the limits above.
   bool skip_bad_frames = false;
 
   // The keys of the table "detections"; the caller enters the table.

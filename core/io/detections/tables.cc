@@ -173,12 +173,12 @@ Keypoint FuseJoint(const JointsByDetector& by_detector, size_t j, int detectors,
 }
 
 // The recording being read. With several detectors, for example two seeds of
-// one network, the position of a joint is their mean weighted by confidence;
-// its confidence is the mean over all detectors, where a detector that does not
-// see the joint counts with 0. If a position differs from the most confident
-// one by more than a twentieth of the diagonal of the person's box (some 9 cm
-// on an adult, more than noise), the most confident position is used and the
-// other detectors count as not seeing the joint.
+// one network, the position of a joint is the mean of their positions weighted
+// by confidence; its confidence is the mean over all detectors, where a
+// detector that does not see the joint counts with 0. If a position differs
+// from the most confident one by more than a twentieth of the diagonal of the
+// person's box (some 9 cm on an adult, more than noise), the most confident
+// position is used and the other detectors count as not seeing the joint.
 class DeepLabCutRecording : public DetectionCollector {
  public:
   DeepLabCutRecording(const DetectionHeader& header, int detectors)

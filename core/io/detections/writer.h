@@ -18,7 +18,8 @@ namespace kinegraph {
 //   writer.Commit();
 class DetectionWriter {
  public:
-  // Throws InputError if the file cannot be created.
+  // Throws InputError if the file cannot be created, or if `header` has no
+  // views, two views of the same name or an invalid frame rate.
   DetectionWriter(const std::string& path, const DetectionHeader& header);
   ~DetectionWriter();
   DetectionWriter(const DetectionWriter&) = delete;
