@@ -247,7 +247,7 @@ def text_of_ns(time):
 
 
 def frame_rate_of(times):
-    """Median frame rate [Hz]; None without times."""
+    """Frame rate of the median step [Hz], rounded to 0.01 Hz; None without times."""
     last, steps = {}, []
     for (sync, camera), time in sorted(times.items()):
         before = last.get(camera)
@@ -260,9 +260,9 @@ def frame_rate_of(times):
 
 
 def times_of_frames(times, cameras, syncs, rate):
-    """By frame its time and the times of its views [ns]. The images of one index are only
-    nearly simultaneous: each has its own time. Times are shifted so that the first frame
-    with times, of index s, is at s / rate, or at 0 without a rate."""
+    """By frame its time, the median of its views' times, and these times [ns]. The images
+    of one index are only nearly simultaneous: each has its own time. Times are shifted so
+    that the first frame with times, of index s, is at s / rate, or at 0 without a rate."""
     by_frame = {}
     for (sync, camera), time in sorted(times.items()):
         if camera in cameras and sync in syncs:
