@@ -2,7 +2,8 @@
 row per point: sync_index, cam_id (port in older versions), keypoint_id (point_id),
 img_loc_x, img_loc_y [px], and optionally object_id and frame_time [s]. If the table has
 no times, those of timestamps.csv or frame_time_history.csv in the same folder are used.
-Views are cam_0, cam_1, ... by camera; frames are the indices of synchronised images.
+Views are named by the number of the camera, cam_0, cam_1, ...; frame numbers are those
+of sync_index, the same for synchronised images.
 
 In a session's folder the only table of its recordings is read or, if these have none,
 the only other table in the folder. Views of cameras that the session ignores or has not
