@@ -227,7 +227,8 @@ DetectionSequence SequenceOf(const std::vector<std::vector<Array>>& frames,
 
 // ---- Tracks -----------------------------------------------------------------
 
-// The index along P of each person, by ascending id.
+// The index of each person along the axis P of arrays (people), by ascending
+// id.
 std::map<int64_t, py::ssize_t> ColumnsOf(const TrackSequence& tracks) {
   std::map<int64_t, py::ssize_t> columns;
   for (const TrackFrame& frame : tracks.frames) {
@@ -245,8 +246,8 @@ py::array_t<int64_t> IdsOf(const TrackSequence& tracks) {
                             [](const auto& column) { return column.first; });
 }
 
-// (F, P, J, tail...) array: `put(person, j, out)` writes the joints of people
-// who are present; `fill` elsewhere.
+// Array of the shape (F frames, P people, J joints, tail...): `put(person, j,
+// out)` writes the joints of people who are present; `fill` elsewhere.
 template <typename Number, typename Put>
 py::array_t<Number> JointArray(const TrackSequence& tracks,
                                const std::vector<py::ssize_t>& tail,
@@ -339,8 +340,9 @@ RunRequest RequestOf(const std::vector<Camera>& cameras,
   return request;
 }
 
-// Checks for Ctrl-C while the library works. Python runs signal handlers on its
-// main thread only; the other threads stop once the main thread has stopped.
+// Checks for Ctrl-C while the library works, in the thread that called it:
+// Python runs signal handlers on its main thread only. If a handler raises an
+// exception there, the library's other threads stop, too.
 class SignalCheck {
  public:
   void operator()() {
@@ -531,8 +533,10 @@ const TrackSequence& UnderOurNames(const TrackSequence& given,
   return *own;
 }
 
-// Tracks and truth as `evaluate` compares them: with kinegraph's joint names,
-// in paired frames and in the same world. Notes become Python warnings.
+// Tracks and truth as `evaluate` compares them: with kinegraph's joint names
+// or, by kJointsOrCentres, reduced to centres (ReducedToCentres) where that
+// applies. Pairs their frames and checks that they are in the same world; notes
+// become Python warnings.
 class Scored {
  public:
   enum class By { kJoints, kJointsOrCentres };
@@ -759,7 +763,8 @@ void BindCamera(py::module_& m) {
            "distortion"_a = std::vector<double>(), "model"_a = "opencv5",
            "image_size"_a = std::pair<int, int>(0, 0),
            "K (3, 3) [px]; R (3, 3), t (3,) [m]: x_camera = R x_world + t;\n"
-           "model: opencv5 (k1 k2 p1 p2 k3) or opencv_fisheye (k1 k2 k3 k4);\n"
+           "model: opencv5 (k1 k2 p1 p2 k3), opencv_fisheye (k1 k2 k3 k4) or\n"
+           "pinhole;\n"
            "distortion: coefficients of the lens model, empty for none;\n"
            "image_size: (width, height) [px], (0, 0) if unknown.")
       .def(py::pickle(

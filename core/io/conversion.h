@@ -16,7 +16,7 @@ struct ConversionOptions {
   std::string from = "auto";     // format; "auto": recognised by content
   std::string to;                // format; empty: by the extension of `out`
   std::string skeleton;          // if the input does not specify it
-  double frame_rate_hz = 0.0;    // likewise
+  double frame_rate_hz = 0.0;    // if the input does not specify it; 0: none
   std::string unit;              // of calibrations and tracks: m, cm or mm
   std::string image_size;        // "W,H" px, if the input lacks it
   std::string axes;              // "x,-z,y": world axes along X, Y, Z of files

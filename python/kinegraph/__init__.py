@@ -282,9 +282,11 @@ def evaluate(
 ) -> dict[str, Any]:
     """Scores tracks against a ground truth (both Tracks); returns a dict.
 
-    Frames are paired by time, as the command `evaluate` does. Notes on the
-    pairing, or that few people are found, are UserWarnings; InputError if they
-    would be found with other axes or another unit of the truth.
+    Frames are paired as the command `evaluate` does: by time or, unless both
+    have times and a rate, by number. Notes on the pairing, or that no person is
+    found, are UserWarnings; InputError if few people are found and most would be
+    with other axes or another unit of the truth. "identity" compares the centres
+    of people if one of the two has a single joint and the other lacks it.
 
     "mpjpe": "mpjpe_m" and "bias_removed_m", the mean joint error [m] with and
     without each joint's constant offset; "joints_m", the former by joint;

@@ -72,11 +72,11 @@ double AsFrameRate(JsonValue value, std::string_view key);
 // which does not name the file, if `refuse_other` and both are known and differ
 // (AreOtherRates).
 double ChooseFrameRate(double given_hz, double stated_hz, bool refuse_other);
-// Whether two rates or periods differ by more than 1 % of the second.
+// Whether two rates differ by more than 1 % of `b_hz`.
 bool AreOtherRates(double a_hz, double b_hz);
 // frame / rate; 0 when the rate is 0. With a rate, throws InputError, which
-// does not name the file, for a frame of kMostFrames (names.h) or above, since
-// it looks like a time.
+// does not name the file, for a time beyond kMaxTime_s and for a frame of
+// kMostFrames (names.h) or above, since it looks like a time.
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz);
 
 // A key of an object in kinegraph's own formats: its name, whether it is

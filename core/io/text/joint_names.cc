@@ -66,7 +66,7 @@ struct Meaning {
   enum class Kind { kExact, kVague, kNone };
   Kind kind = Kind::kNone;
   std::string joint;  // kinegraph's name; the label itself if unknown
-  std::string own;    // the name if another label is the joint (Part)
+  std::string own;    // the name if another label gets `joint` (Part)
   int vagueness = 0;  // higher: less exact
 };
 
@@ -116,7 +116,8 @@ std::string PartIn(const std::string& label) {
   return name.substr(name.find_last_of(':') + 1);  // npos + 1 is 0
 }
 
-// The back of a box or vehicle, or the right ear beside a left one.
+// Whether the label is "rear": the back of a box or vehicle or, beside a left
+// ear, the right ear.
 bool IsRear(const std::string& label) {
   const std::string part = PartIn(label);
   return part == "rear" || part == "Rear" || part == "REAR";

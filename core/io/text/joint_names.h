@@ -43,12 +43,13 @@ Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names);
 Skeleton WithOurNames(const Skeleton& skeleton);
 
 // The skeleton that a file specifies: its labels under kinegraph's names, its
-// bones, and its name, or "custom" without a name and if a built-in skeleton
-// has that name. Joints that equal those of a built-in skeleton, in the same
-// order, give the built-in skeleton, with the file's bones if it has any. A
-// human skeleton (IsHuman) without bones gets those of COCO-17 between its
-// joints. Throws InputError "joints: ..." or "bones: ...", which does not name
-// the file.
+// bones, and its name, or "custom" if it has none or that of a built-in
+// skeleton. Joints that equal those of a built-in skeleton, in the same order,
+// give the built-in skeleton, with the file's bones if it has any; of 133
+// joints, only the first 23 must equal those of COCO-WholeBody. A human
+// skeleton (IsHuman) without bones gets those of COCO-17 between its joints.
+// Throws InputError "joints: ..." or "bones: ...", which does not name the
+// file.
 Skeleton SkeletonOfLabels(const std::vector<std::string>& labels,
                           const std::vector<Bone>& bones = {},
                           const std::string& name = "");

@@ -22,8 +22,9 @@ std::optional<int64_t> FrameOfFileName(std::string_view file_name);
 // kMostFrames does). Also for names of images.
 int64_t FrameOfName(std::string_view file_name);
 
-// Frame numbers are below this, 30 years at 1000 Hz. Milliseconds since 1970
-// exceed it for all dates after September 2001.
+// FrameOfName and, with a rate, TimeOfFrame (bulk_json.h) require frame numbers
+// below this: 30 years at 1000 Hz. Milliseconds since 1970 exceed it for all
+// dates after September 2001.
 inline constexpr int64_t kMostFrames = 1'000'000'000'000;
 // The remedy, for messages about such numbers.
 inline constexpr const char* kNumberByTime =

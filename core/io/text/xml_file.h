@@ -49,9 +49,9 @@ class XmlElement {
 };
 
 // Parses a text in UTF-8, UTF-16 or UTF-32; returns the root element. Only
-// XML's own five entities are replaced, and nothing external is read. Throws
-// InputError naming `file` for more than 16 MiB, and with the line for a syntax
-// error.
+// XML's own five entities and character references (&#65;) are replaced, and
+// nothing external is read. Throws InputError naming `file` for more than 16
+// MiB, and with the line for a syntax error.
 XmlElement ParseXml(std::string text, const std::string& file);
 
 }  // namespace kinegraph

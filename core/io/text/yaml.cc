@@ -35,7 +35,7 @@ size_t BytesOf(const Json& value) {
 }
 
 // Builds the value while the parser reads the text, and stops the parser at the
-// limits: each comma of a list creates a value.
+// limits: a value takes far more memory than the comma that creates it.
 class YamlBuilder final : public YAML::EventHandler {
  public:
   explicit YamlBuilder(std::string file) : file_(std::move(file)) {}

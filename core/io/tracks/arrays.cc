@@ -167,7 +167,8 @@ class NpzTrackReader {
     return std::isfinite(m[0]) && std::isfinite(m[1]) && std::isfinite(m[2]);
   }
 
-  // For files without `status`: a person whose x coordinates are NaN is absent.
+  // For files without `status`: a person is absent from a frame in which all of
+  // the person's x coordinates are NaN.
   std::vector<int64_t> StatusesByPositions(size_t count) const {
     std::vector<int64_t> statuses(count);
     for (size_t i = 0; i < count; ++i) {
@@ -371,7 +372,8 @@ void WriteMovementTracks(const std::string& path, const TrackSequence& tracks,
   const TrackContents contents = ContentsOf(tracks);
   TrackWriteOptions write;
   write.titles = PersonTitles(RequirePeople(tracks), options.names);
-  // `confidence` is the probability that the joint is within 5 cm.
+  // `confidence` is the probability that the true joint is within 5 cm of the
+  // estimate.
   write.within_m = 0.05;
   WriteTracksByAdapter("movement", path, tracks, write);
   lost_fields->push_back("bones, views and configuration are not kept");

@@ -280,14 +280,14 @@ void ReadBvhFrames(const Hierarchy& hierarchy,
 // nearer to the previous row's angles, so that curves have no jumps.
 Vector3d AnglesOf(const Eigen::Quaterniond& rotation, const Vector3d& last) {
   const Matrix3d r = rotation.toRotationMatrix();
-  constexpr double kUpright = 1.0 - 1e-12;
+  constexpr double kGimbalLock = 1.0 - 1e-12;
   const double x = std::asin(std::clamp(r(2, 1), -1.0, 1.0));
   double y = 0.0;
   double z = 0.0;
-  if (std::abs(r(2, 1)) < kUpright) {
+  if (std::abs(r(2, 1)) < kGimbalLock) {
     y = std::atan2(-r(2, 0), r(2, 2));
     z = std::atan2(-r(0, 1), r(1, 1));
-  } else {  // gimbal lock: only z + y or z - y is determined
+  } else {  // only z + y or z - y is determined
     z = std::atan2(r(1, 0), r(0, 0));
   }
   // Equivalent angles nearest to the previous ones.

@@ -91,10 +91,11 @@ TrackHead LookAtTracks(const std::string& path);
 // The first format that recognises `head`, or nullptr.
 const TrackFormat* RecogniseTracks(const TrackHead& head);
 
-// The format in the options, otherwise the one that recognises the path, and
-// kinegraph's own for a pipe. Throws InputError if no format recognises the
-// path, and OptionError for a name that is unknown or of a format that is only
-// written.
+// The format in the options, otherwise kinegraph's own for a pipe, otherwise
+// the one that recognises the path: the program of SetAdapter (adapter.h) is
+// asked first, then built-in formats, then other adapters. Throws InputError if
+// none recognises the path, and OptionError for a name that is unknown or of a
+// format that is only written.
 const TrackFormat& FormatOfTracks(const std::string& path,
                                   const TrackReadOptions& options);
 

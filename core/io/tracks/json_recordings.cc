@@ -5,7 +5,7 @@
 //   skeleton.
 // - longcw's annotation_3d.json and result_3d.json: [{"timestamp": s, "poses":
 //   [{"id", "points_3d": [[x, y, z] cm, ...], "scores": [...]}]}, ...]. A joint
-//   with score 0 or less is missing. Results have ids beyond 2^63.
+//   with score 0 or less is missing. Ids of results may exceed 2^63.
 #include <set>
 #include <unordered_map>
 #include <vector>
@@ -24,7 +24,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Parses a file with `read(root, &place)`. Errors name the file and `place`.
+// Returns read(root, &place) for the outermost value of a file. Errors name the
+// file and `place`, which `read` sets to the entry that it reads.
 template <typename Read>
 auto ReadJsonFile(const std::string& path, const Read& read) {
   JsonFileParser parser;

@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Tolerance for "upright": in a seated person the line from the ankles to the
-// shoulders is inclined.
+// People count as standing along an axis within this angle: in a seated person
+// the line from the ankles to the shoulders is inclined.
 constexpr double kNear_deg = 40.0;
 
 // Median diagonal of the bounding boxes of people [m]; 0 without people.

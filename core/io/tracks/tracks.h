@@ -22,8 +22,9 @@ enum class StoredZeros {
 struct TrackReadOptions {
   // Name of a format (format.h); empty: recognised by content.
   std::string format;
-  // For formats that do not specify their skeleton and if the number of joints
-  // is ambiguous. With 4da19, "joints19" of a {"poses"} file is read.
+  // For files that do not specify their skeleton, or only by a number of joints
+  // that several skeletons have. With 4da19, "joints19" of a {"poses"} file is
+  // read.
   std::optional<Skeleton> skeleton;
   // Overrides the file's rate. 0: not given; then 29.97 for Panoptic and 25
   // for longcw (whose frame numbers are round(rate * timestamp)).

@@ -56,8 +56,8 @@ struct Ray {
 
 // Solves Wahba's problem: the proper rotation R that best satisfies R at_rest =
 // seen over the rays. `prior` determines the rotation about the line of
-// collinear rays and has negligible weight otherwise. nullopt if the rays are
-// collinear and there is no prior.
+// collinear rays and has negligible weight otherwise; without rays it is the
+// result. nullopt if the rays are collinear or none and there is no prior.
 std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
                                const Quaterniond* prior = nullptr) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -72,7 +72,9 @@ std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
       sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  constexpr double kSmallest = 0.01;  // ratio; below, rays are collinear
+  // Ratio of the second singular value to the first; at or below it the rays
+  // count as collinear.
+  constexpr double kSmallest = 0.01;
   if (prior == nullptr &&
       !(svd.singularValues()[1] > kSmallest * svd.singularValues()[0])) {
     return std::nullopt;
@@ -286,7 +288,7 @@ class Solver {
   // the joint itself is missing, they begin at the mean of its neighbours.
   std::vector<Ray> RaysAt(size_t joint, const std::vector<Spoke>& spokes,
                           size_t row) const {
-    std::vector<Ray> points;
+    std::vector<Ray> points;  // seen_m: the position, not yet a direction
     for (const Spoke& spoke : spokes) {
       const auto& at = positions_[spoke.other][row];
       if (spoke.turns && at && spoke.rest_m->norm() >= kShortest_m) {
@@ -347,8 +349,8 @@ class Solver {
   // Sets the rest directions of the bones that begin at a joint. A single bone
   // gets the direction by its name or, without one, its direction relative to
   // the parent in a typical row; several bones get their mean shape, rotated to
-  // the directions by name. A bone without any direction extends its parent's
-  // bone.
+  // the directions by name. A bone without any direction extends the bone that
+  // ends at the joint or, if there is none, points along y.
   void SetRestDirections(size_t joint) {
     if (tree_[joint].children.empty()) return;
     const std::vector<Spoke> spokes = SpokesOf(joint);

@@ -78,7 +78,9 @@ struct TreeMotion {
     std::vector<bool> is_seen;                 // not missing
   };
   std::vector<Row> rows;
-  size_t filled = 0;  // number of interpolated joints, over all rows
+  // Number of missing joints that were interpolated, over all rows in which the
+  // person is present, without joints that are means of several.
+  size_t filled = 0;
   std::vector<size_t> never_seen;  // indices in the tree
 
   // Rotation of a joint relative to its parent; for the root, its own.

@@ -18,7 +18,7 @@ struct TrackWriteOptions {
   // For adapters: the title of each person (PersonTitles), for the header.
   std::vector<std::string> titles = {};
   // For adapters: with each covariance, also writes the probability that the
-  // joint lies within this distance of its position; 0: does not.
+  // true joint lies within this distance of the estimate; 0: does not.
   double within_m = 0.0;
 };
 

@@ -7,7 +7,7 @@
     kinegraph-adapters --list              the formats
 
 --format=NAME specifies the format of FILE. The user's options are passed as --joints=N
-(of detections.skeleton), --first_frame=N and --frame_rate=HZ. KINEGRAPH_ADAPTERS is a
+(of the user's skeleton), --first_frame=N and --frame_rate=HZ. KINEGRAPH_ADAPTERS is a
 folder with programs of the user, which are tried after the adapters listed by --list.
 Exit code 2: the file cannot be read, and one line on standard error gives the reason.
 """

@@ -2,7 +2,8 @@
 row per point: sync_index, cam_id (port in older versions), keypoint_id (point_id),
 img_loc_x, img_loc_y [px], and optionally object_id and frame_time [s]. If the table has
 no times, those of timestamps.csv or frame_time_history.csv in the same folder are used.
-Views are cam_0, cam_1, ... by camera; frames are the indices of synchronised images.
+Views are named by the number of the camera, cam_0, cam_1, ...; frame numbers are those
+of sync_index, the same for synchronised images.
 
 In a session's folder the only table of its recordings is read or, if these have none,
 the only other table in the folder. Views of cameras that the session ignores or has not
@@ -247,7 +248,7 @@ def text_of_ns(time):
 
 
 def frame_rate_of(times):
-    """Median frame rate [Hz]; None without times."""
+    """Frame rate of the median step [Hz], rounded to 0.01 Hz; None without times."""
     last, steps = {}, []
     for (sync, camera), time in sorted(times.items()):
         before = last.get(camera)
@@ -260,9 +261,9 @@ def frame_rate_of(times):
 
 
 def times_of_frames(times, cameras, syncs, rate):
-    """By frame its time and the times of its views [ns]. The images of one index are only
-    nearly simultaneous: each has its own time. Times are shifted so that the first frame
-    with times, of index s, is at s / rate, or at 0 without a rate."""
+    """By frame its time, the median of its views' times, and these times [ns]. The images
+    of one index are only nearly simultaneous: each has its own time. Times are shifted so
+    that the first frame with times, of index s, is at s / rate, or at 0 without a rate."""
     by_frame = {}
     for (sync, camera), time in sorted(times.items()):
         if camera in cameras and sync in syncs:

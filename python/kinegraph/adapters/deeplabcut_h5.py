@@ -19,7 +19,7 @@ def recognise(path):
         return mentions(path, [b"df_with_missing"])
     return any(
         mentions(file, [b"df_with_missing"])
-        for folder in [path, *folders_in(path)]  # one detector each
+        for folder in [path, *folders_in(path)]  # subfolders: one per detector
         for file in files_in(folder, ".h5")
     )
 
