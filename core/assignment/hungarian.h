@@ -35,8 +35,7 @@ class HungarianSolver {
  private:
   void Solve(int rows, int cols);
 
-  // The problem with the smaller side as rows.
-  std::vector<double> cost_;
+  std::vector<double> cost_;  // its rows are the smaller side
   std::vector<double> row_potential_;
   std::vector<double> col_potential_;
   std::vector<double> path_cost_;

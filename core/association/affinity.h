@@ -61,7 +61,8 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
 
 // The gate [px] of a person whose pose is `age_frames` old: alpha_2d times the
 // age. If reach_m_per_frame > 0, it is alpha_2d up to an age of one frame and
-// then grows at most by the image of reach_m_per_frame per frame.
+// then grows at most by the image of reach_m_per_frame per frame (by alpha_2d
+// per frame if the pose has no joints or its middle is behind the camera).
 double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
               const AssociationOptions& options);
 

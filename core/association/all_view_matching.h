@@ -68,8 +68,9 @@ class AllViewMatcher {
   void FindHidden(Span<ExpectedPerson> people);
   bool IsNear(const ExpectedPerson& expected, size_t view,
               const Observation& observation) const;
-  // Adds the detection to the hypothesis; false if it more probably shows
-  // another person.
+  // Adds the detection to the hypothesis. False, with the hypothesis no longer
+  // usable, if the detection more probably shows another person or one of its
+  // joints is expected behind the camera.
   bool Extend(const Pose3d& expected, size_t view, int detection,
               Span<Observation> observations, Hypothesis* hypothesis) const;
   // Adds the person's best hypotheses, each with at least one detection, to

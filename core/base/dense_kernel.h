@@ -2,10 +2,11 @@
 // Included by files that are compiled for one instruction set each, so it must
 // not use Eigen.
 //
-// The factorisation is left-looking, in panels of four columns: earlier columns
-// are subtracted from a tile of the panel's rows that stays in registers, and
-// the panel's own corner is solved there too. Rows lie in lanes; sums run over
-// columns in order, so the bits do not depend on the number of lanes.
+// The factorisation is left-looking, in panels of four columns: while a tile of
+// the panel's rows stays in registers, earlier columns are subtracted from it
+// and the triangular system of the panel's corner, its 4 x 4 block on the
+// diagonal, is solved. Rows lie in lanes; sums run over columns in order, so
+// the bits do not depend on the number of lanes.
 #ifndef KINEGRAPH_CORE_BASE_DENSE_KERNEL_H_
 #define KINEGRAPH_CORE_BASE_DENSE_KERNEL_H_
 

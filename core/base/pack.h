@@ -16,7 +16,7 @@
 //   Sqrt, Abs, Max          Max(a, b) is b where a is NaN
 //   Log1p                   log(1 + a)
 //   Atan                    the arc tangent of a, radians
-// and sqrt and max under their names in std.
+// Packs also have sqrt and max, for templates that use std::sqrt and std::max.
 #ifndef KINEGRAPH_CORE_BASE_PACK_H_
 #define KINEGRAPH_CORE_BASE_PACK_H_
 

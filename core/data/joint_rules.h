@@ -28,8 +28,10 @@ struct JointRule {
   HipRule hip = HipRule::kNone;
   std::vector<std::string> asis;  // left and right
   std::vector<std::string> psis;  // both, or the sacrum between them
-  // The markers lie on opposite sides of the joint, or the rule defines its
-  // centre. Pooled errors include only such joints, if there are any.
+  // True if the markers lie on opposite sides of the joint or are joint centres
+  // of another program's model, and for every rule of a configuration; false
+  // for a single marker near the joint and for a built-in hip regression.
+  // Pooled errors include only joints for which it is true, if there are any.
   bool is_centre = false;
 };
 

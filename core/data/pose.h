@@ -63,7 +63,7 @@ struct JointDerivatives {
 struct PersonPose {
   TrackId id;
   Pose3d joints;
-  std::vector<int> inlier_views;                            // of this frame
+  std::vector<int> inlier_views;  // number of inlier views, in this frame
   std::vector<std::optional<Eigen::Matrix3d>> covariances;  // m^2
   std::vector<ViewMatch> matches;
   double score = 0.0;  // mean confidence of the matched joints

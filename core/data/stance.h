@@ -43,8 +43,8 @@ class Stance {
   // - among the directions in which people stand, the stated axis and the
   //   cameras' upward direction: the one along which people's lowest joints are
   //   at one height, if they are not along the others;
-  // - the stated axis or, without one, the cameras' upward direction, if fewer
-  //   than 80 % of the people stand in one direction;
+  // - the stated axis or, without one, the cameras' upward direction, if there
+  //   are no people or fewer than 80 % of them stand in one direction;
   // - the stated axis, unless people stand at more than 50 degrees to it and
   //   cannot be lying;
   // - the direction in which people stand or, unless most of them are straight,

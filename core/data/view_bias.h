@@ -21,7 +21,8 @@ struct ViewBias {
   // Left and right partners share an entry.
   struct OfJoint {
     std::string joint;  // without "l_" and "r_"
-    // Of the bias across and along the image of the trunk, at the joint [m].
+    // Coefficients of the bias across and along the image of the trunk [m], at
+    // the joint's depth.
     ViewCoefficients across_m{};
     ViewCoefficients along_m{};
     bool used = false;  // false: the bias is taken as zero

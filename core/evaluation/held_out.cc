@@ -41,6 +41,8 @@ const Detection& FindDetection(const DetectionSequence& detections,
 // reference in a frame.
 using PeopleOfRun = std::map<TrackId, const PersonPose*>;
 
+// `frame` is one of PairRuns: its `truth` is the run, its `tracks` the
+// reference.
 PeopleOfRun PairPeopleOf(const FramePair& frame, const JointPairs& joints,
                          double gate_m, HeldOutRules::Pairing pairing) {
   PeopleOfRun pairs;

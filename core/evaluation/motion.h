@@ -19,9 +19,10 @@ struct MotionOptions {
 };
 
 struct MotionResult {
-  // Both figures use only shoulders, elbows, wrists, hips, knees and ankles,
-  // and the twelve bones between them, to be comparable between skeletons. The
-  // acceleration uses all joints of a skeleton that has none of these.
+  // The acceleration uses only shoulders, elbows, wrists, hips, knees and
+  // ankles (all joints of a skeleton that has none of these), the spread of
+  // lengths only the twelve bones between them, to be comparable between
+  // skeletons.
   //
   // Mean of |p(k+1) - 2 p(k) + p(k-1)| rate^2 over joints that are observed in
   // three consecutive frames [m/s^2]; NaN if there are none.
@@ -56,9 +57,10 @@ struct PersonFrames {
 std::vector<PersonFrames> PersonFramesOf(const TrackSequence& tracks);
 
 // |difference of order `order` of the position| rate^order, summed over the
-// twelve body joints that are observed in order + 1 consecutive frames: mean
-// acceleration [m/s^2] for 2, jerk [m/s^3] for 3. One series per person, one
-// unit per frame; the pooled ratio is the mean over joints.
+// twelve body joints that are observed in order + 1 consecutive frames, of
+// which the unit's frame is the first: acceleration [m/s^2] for 2, jerk [m/s^3]
+// for 3. One series per person, one unit per frame; the pooled ratio is the
+// mean over joints.
 std::vector<RatioSeries> DifferenceSeries(
     const TrackSequence& tracks, const std::vector<PersonFrames>& people,
     int order, double rate_hz);

@@ -60,7 +60,7 @@ struct MpjpeResult {
   std::vector<JointError> joints;   // contained in both, in the truth's order
   std::vector<PersonError> people;  // by actor, then by frame
   Share found;                      // true person-frames with a counterpart
-  // True joints of the found people that their counterparts have, too.
+  // Joints of the true people who were found: share that the found pose has.
   Share joints_found;
 };
 

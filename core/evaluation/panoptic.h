@@ -21,8 +21,8 @@ struct PanopticOptions {
 struct PanopticResult {
   std::vector<double> average_precision;  // 0..1, one per threshold
   std::vector<Share> recall;  // true people found, one per threshold
-  Share recall_at_limit;      // true people within 500 mm
-  double mpjpe_m = 0.0;       // NaN: no person within 500 mm
+  Share recall_at_limit;      // true people found within recall_threshold_m
+  double mpjpe_m = 0.0;       // mean error of these; NaN: there are none
   int64_t found_person_frames = 0;
   // Joints compared: share of a true person's joints that the found pose has.
   // Below one, the scores only cover the existing joints.

@@ -14,7 +14,7 @@
 
 namespace kinegraph {
 
-// The rotation and scale from the truth to the tracks.
+// The rotation or reflection, and the scale, from the truth to the tracks.
 struct OtherWorld {
   // From the truth's to the tracks' world: a signed permutation of axes.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();

@@ -11,9 +11,10 @@
 namespace kinegraph {
 
 // The rows of A, kept few by orthogonal reduction: |A X| depends on R of A = Q
-// R alone. The normal matrix A^T A would square the condition number, which
-// matters when a new view is combined with one two frames old: the weights are
-// 1 and e^-10 (Golub and Van Loan, Matrix Computations, section 5.3).
+// R alone. The normal matrix A^T A would square the condition number (Golub and
+// Van Loan, Matrix Computations, section 5.3), which matters when a new view is
+// combined with one two frames old: with the default lambda_t of 5 per frame,
+// the weights are 1 and e^-10.
 template <typename T>
 class RowReducer {
  public:

@@ -1,7 +1,7 @@
 // World -> camera -> lens -> pixels, for single points and for packs.
 //
 // Plain numbers and no Eigen, so that files compiled for wider instruction sets
-// may use it (core/base/pack.h). Camera::Project is this with T = double.
+// may use it (core/base/pack.h). Camera::Project calls Project with T = double.
 #ifndef KINEGRAPH_CORE_GEOMETRY_PROJECTION_H_
 #define KINEGRAPH_CORE_GEOMETRY_PROJECTION_H_
 

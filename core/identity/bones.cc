@@ -121,7 +121,8 @@ bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
          IsBodyJoint(skeleton.joint_class(bone.b));
 }
 
-// Least error of the length of a bone that keeps its length [m].
+// Least error of the length of a bone that keeps its length [m]. A bone
+// between other joints of one class, as in a box, has that of the shoulders.
 double FloorOf(const Skeleton& skeleton, const Bone& bone) {
   const JointClass a = skeleton.joint_class(bone.a);
   if (a != skeleton.joint_class(bone.b)) return kFloor;

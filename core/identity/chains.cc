@@ -28,8 +28,8 @@ constexpr double kLongAbsence = 30.0;
 // nearly coincide. Also the time from either end of the recording within which
 // people may appear and disappear anywhere.
 constexpr double kMaxOverlap = 0.5;
-// Up to this number of chains the margin is exact, from the second best
-// assignment.
+// Up to this number of chains the margin comes from the assignment of least
+// cost that keeps the two apart (BestApart), beyond it from single exchanges.
 constexpr size_t kExactChains = 100;
 
 // A chain inserted into a gap of another.
@@ -252,7 +252,7 @@ class Linker {
     if (at != from) return total;
     if (forbidden.size() >= kDeepest) {
       // A person who is hidden often may be joined in many ways. Giving the
-      // later piece no predecessor certainly separates the two, though perhaps
+      // later chain no predecessor certainly separates the two, though perhaps
       // not at the least cost.
       std::vector<std::pair<int, int>> more = forbidden;
       for (int before = 0; before < static_cast<int>(chains_.size());
@@ -564,8 +564,9 @@ class Linker {
     reward_ = 0.0;
   }
 
-  // Finds the joins of the best explanation whose margin is too small and, for
-  // a piece without a join, its best candidate.
+  // Finds the joins of the best explanation that were not made and, for a chain
+  // to which it joins no predecessor, the best candidate with log odds above
+  // -min_margin.
   void FindUndecided() {
     WeighAll();
     std::vector<int> predecessor;

@@ -34,7 +34,8 @@ struct Link {
   Evidence evidence;
   double gap_s = 0.0;
   double bone_difference_m = 0.0;
-  // Over the best explanation in which the two are different people [nats].
+  // Advantage over the best explanation in which the two are different people
+  // [nats].
   double margin = 0.0;
   bool decided = false;
 };
@@ -49,6 +50,9 @@ struct LinkedPieces {
 
 // Cuts the tracks at contacts and joins the pieces that are clearly one person:
 // one assignment over all of them, repeated until there are no new clear joins.
+// Then restores the tracker's continuations that are not clearly wrong and, if
+// LinkOptions::people is given, joins further until at most so many chains are
+// left, or no join is possible.
 LinkedPieces JoinPieces(const Skeleton& skeleton, double frame_rate_hz,
                         const LinkOptions& options,
                         const std::vector<Tracklet>& tracks);

@@ -172,7 +172,7 @@ namespace {
 // a metre of it.
 constexpr double kNear = 1.0;          // m
 constexpr double kTouching = 0.4;      // m; nearer: a contact
-constexpr double kMayExchange = 1.5;   // m; nearer: one if SeemExchanged
+constexpr double kMayExchange = 1.5;   // m; nearer: a contact if SeemExchanged
 constexpr double kExchangeTime = 0.4;  // s, within which an exchange shows
 // The beginning or end of another track is a contact from kBefore, because a
 // track is unreliable before it is lost, to kAfter.
@@ -184,9 +184,9 @@ constexpr double kMerge = kLeast;    // closer contacts are merged
 // A track that no view sees for this long may be recovered on another person.
 constexpr double kBlind = 0.12;       // s
 constexpr double kAroundBlind = 0.1;  // s, affected by the missing views
-// A track recovered at this distance from its prediction, about three times the
-// error of a position, was recovered on another person, or the person turned
-// meanwhile.
+// A track recovered at least this far from its prediction, about three times
+// the error of a position, was recovered on another person, or the person
+// turned meanwhile.
 constexpr double kHop = 0.25;  // m
 
 struct Interval {
@@ -218,7 +218,8 @@ struct Crowd {
 };
 
 // Whether the two seem to have exchanged places within kExchangeTime after
-// these frames: each is nearer to the other's prediction.
+// these frames: the sum of their squared distances from each other's prediction
+// is less than from their own.
 bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
   const TimeNs now = a.frames[ka].time;
   const TimeNs earlier = now - FromSeconds(0.5 * kExchangeTime);
@@ -309,7 +310,8 @@ bool IsSeen(const PersonPose& person) {
                      [](int views) { return views > 0; });
 }
 
-// From the last frame in which a track is seen to the next.
+// The states before and after a pause: `from` and `to` are successive frames in
+// which a view sees the track.
 Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
   // A state uses less than a second.
   const long enough = IndexAt(track, track.frames[to].time + FromSeconds(1.0));
@@ -320,9 +322,9 @@ Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
   return {StateUpTo(track, track.frames[from].time), StateAtBegin(after)};
 }
 
-// Calls see(from, to) with the indices of each two consecutive frames in which
-// a view sees the track. Without counts of views, every pose is treated as
-// seen.
+// Calls see(from, to) with the indices of each two successive frames in which a
+// view sees the track. The first frame, and every pose without counts of views,
+// is treated as seen.
 template <typename See>
 void ForEachPause(const std::vector<TrackletFrame>& frames, const See& see) {
   size_t seen = 0;

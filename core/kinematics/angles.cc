@@ -235,7 +235,7 @@ Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
   const Vector3d by_from = -across.cross(pair.from);
   const Vector3d by_to = across.cross(pair.to);
   // The error perpendicular to the plane is the difference of the directions'
-  // errors or, if they are nearly opposite, the sum.
+  // errors or, if they are 90 degrees or more apart, the sum.
   const double apart = pair.rad < kPi / 2.0 ? 1.0 : -1.0;
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   for (size_t i = 0; i < covariances.size(); ++i) {

@@ -246,7 +246,7 @@ class RecordedActor : public Actor {
   struct CentreSway {
     int joint = 0;
     std::array<int, 3>
-        angle{};          // the joints that define it, its own in the middle
+        angle{};          // the joints that define it, its vertex in the middle
     double middle = 0.0;  // of the angle's cosine
     double half_range = 1.0;
     Vector3d amplitude_m = Vector3d::Zero();  // in the trunk

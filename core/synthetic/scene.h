@@ -150,7 +150,7 @@ SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
 
 bool IsInImage(const Camera& camera, const Eigen::Vector2d& px);
 
-// The view of a camera on one joint.
+// One joint as a camera sees it.
 struct JointSight {
   bool in_image = false;
   bool hidden = false;                           // by another body
@@ -158,13 +158,13 @@ struct JointSight {
   double depth_m = 1.0;
 };
 
-// The view of a camera on one person in one frame.
+// One person as a camera sees them in one frame.
 struct PersonSight {
   bool present = false;  // in the scene
   std::vector<JointSight> joints;
 };
 
-// The view of a camera on each person, before any error of a detector.
+// Each person as the camera sees them, without any error of a detector.
 std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
                                 int joint_count);
 

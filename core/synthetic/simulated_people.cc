@@ -215,7 +215,8 @@ class SimulatedActor : public Actor {
                       0.75);
   }
 
-  // Whether a seat is so near in time that the feet stay in place.
+  // Whether the feet stay in place, from 0.1 s before the person begins to sit
+  // down until they stand again.
   bool SeatedAround(double time_s) const {
     return std::any_of(itinerary_.seated.begin(), itinerary_.seated.end(),
                        [&](const TimeSpan& span) {

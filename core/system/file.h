@@ -31,7 +31,8 @@ bool CanBeWritten(const std::string& path);
 
 // -1 on failure. Not inherited by child programs.
 int OpenToRead(const std::string& path);
-int OpenToWrite(const std::string& path);  // also if not a regular file
+// Neither creates nor truncates the file, which may be a pipe or a device.
+int OpenToWrite(const std::string& path);
 // Fails if the path exists, even as a link.
 int OpenNew(const std::string& path);
 int Duplicate(int descriptor);

@@ -27,8 +27,8 @@ struct ProcessEnd {
 
 // Runs a program by its path, in a folder, without input, and waits for its
 // end; `words` are the path and the arguments. Standard output is appended to
-// the file `printed` in the folder, standard error replaces the file `errors`.
-// The program is ended with this process.
+// the file `printed` in the folder, standard error replaces the file `errors`
+// there. If this process ends first, the program receives SIGTERM.
 ProcessEnd RunInFolder(std::vector<std::string> words,
                        const std::string& folder, const char* printed,
                        const char* errors);

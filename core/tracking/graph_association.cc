@@ -109,8 +109,8 @@ class GraphAssociation final : public AssociationPolicy {
                                                                : std::nullopt;
   }
 
-  // A tracklet belongs to the track matched with it in a frame in which two of
-  // the track's views agree.
+  // Claims a tracklet for a track only in frames in which two or more of the
+  // track's views agree, the tracklet's among them.
   void LearnUpdates() override {
     for (size_t t = 0; t < state_.tracks.size(); ++t) {
       const std::vector<size_t> views = AgreeingViews(state_.tracks[t]->frame);
@@ -145,9 +145,8 @@ class GraphAssociation final : public AssociationPolicy {
 
   // False if fewer than two views have unmatched detections, or if even the two
   // of these views with the fewest may agree by chance: with so few joints a
-  // third view adds no certainty. With two
-  // cameras there is no third view to wait for, so chance agreement is
-  // accepted.
+  // third view adds no certainty. With two cameras there is no third view to
+  // wait for, so chance agreement is accepted.
   bool AwaitsSlight() const override {
     std::vector<int> unmatched;
     for (size_t v = 0; v < state_.scene.cameras.size(); ++v) {
@@ -216,6 +215,8 @@ class GraphAssociation final : public AssociationPolicy {
   // Probability that detections of two different people in two views agree:
   // 0.05 on Shelf, 0.02 to 0.2 with thirty people and twelve cameras.
   static constexpr double kPairAgrees = 0.05;
+  // Views may agree by chance if more than this number of groups of detections
+  // of different people is expected to agree.
   static constexpr double kMostGroups = 1.0;
 
   // A candidate: a person with too few visible joints to start a track at once.

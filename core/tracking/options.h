@@ -84,10 +84,10 @@ struct TrackLifeOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// The options with the times also given in frames of a recording's nominal
-// rate. Confirmation takes at least two hits, but only one where frames are so
-// rare that a track does not outlive a missed one, or where frames are
-// independent.
+// The options with the times also given in frames of a recording's nominal rate
+// if their conversion is pending (in_seconds): confirmation then takes at least
+// two hits, but only one where frames are so rare that a track does not outlive
+// a missed one. Where frames are independent, it takes one hit in either mode.
 TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
                               double frame_rate_hz);
 

@@ -107,7 +107,7 @@ class Replay {
 
   const SceneModel& scene() const { return scene_; }
   const FrozenMatches& matches() const { return matches_; }
-  // All frames of the recording.
+  // All frames of the recording, without people.
   const std::vector<TrackFrame>& empty_frames() const { return frames_; }
 
  private:
