@@ -117,8 +117,8 @@ size_t TextBytes(const Json& text) {
   return text.get_ref<const std::string&>().size();
 }
 
-// The final identity, after edit `index` and all later ones, of the person
-// `id`.
+// The identity of the person `id` after the joins among the edits from `index`
+// on.
 TrackId InTheEnd(const std::vector<IdentityEdit>& edits, size_t index,
                  TrackId id) {
   for (size_t e = index; e < edits.size(); ++e) {
@@ -221,7 +221,7 @@ void PageMaker::ChooseStrides() {
     for (const TrackFrame& frame : result.tracks.frames) {
       if (clock_.count(frame.frame) == 0) continue;
       const auto people = static_cast<double>(frame.people.size());
-      // Per body without feet, else 18 (AnglesOf); 2 bytes each.
+      // Angles of a body without feet (else 18: AnglesOf), of 2 bytes each.
       constexpr double kAngles = 16.0;
       poses += people * (20.0 + 2.0 * kAngles + 7.0 * joints + 2.0 * views);
       if (options_.with_covariance) poses += people * 4.0 * kAngles;
