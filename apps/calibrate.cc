@@ -400,8 +400,8 @@ void WriteCalibration(const RecordingCalibration& recording,
   SayNotes(lost_fields);
 }
 
-// The calibration and its verdict appear together. A refusal removes the
-// calibration of an earlier recording, unless it is a folder.
+// The calibration and its verdict appear together. A refusal removes an older
+// calibration of the same name, unless it is a folder.
 void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
               const std::vector<std::string>& views,
               const CalibrationFormat& format) {
@@ -420,8 +420,8 @@ void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
   files.Commit();
 }
 
-// The flag with which `track` uses only the calibrated views, if some are left
-// out.
+// The flag with which `track` uses only the views that the calibration
+// contains, if it lacks some.
 std::string UseFlag(const RecordingCalibration& recording) {
   if (recording.cameras.size() == recording.view_names.size()) return "";
   std::string list;

@@ -198,7 +198,8 @@ void LeaveOutCameras(CameraRig* cameras) {
   }
 }
 
-// Pictures and videos are shown as recorded.
+// Names the cameras whose clocks are off by half a frame or more. Their
+// pictures and videos are shown at the recorded times.
 void SayImagesKeepTheirClocks(const RefinementRecord& record, double rate_hz,
                               const std::string& path) {
   std::string names;

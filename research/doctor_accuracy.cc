@@ -341,7 +341,8 @@ double UpperLimit(int k, int n) {
 }
 
 // Prints all findings of a scene to standard error. Called if the fault was not
-// identified or another one was reported.
+// identified, another one was reported with confidence, or a sound scene has
+// findings.
 void PrintFindings(const std::string& fault, uint64_t seed,
                    const Diagnosis& diagnosis) {
   std::fprintf(stderr, "%s, scene %llu: %s\n", fault.c_str(),

@@ -183,6 +183,7 @@ void Score(const MotionRecording& recording, const Strategy& strategy,
   }
 }
 
+// A clip at one frame rate, seen by one detector.
 struct Cell {
   std::string clip;
   double seconds = 1e9;  // of the clip

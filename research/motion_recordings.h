@@ -24,9 +24,9 @@ struct SteadyClip {
   }
 };
 
-// The first person of a tracks file, who must have all joints in three or more
-// frames, moved so that the middle of the bounding box of all joints lies above
-// the origin.
+// The first person of a tracks file of three or more frames, who must have all
+// joints in each, moved so that the middle of the bounding box of all joints
+// lies above the origin.
 SteadyClip LoadSteadyClip(const std::string& path);
 
 // The same motion at another rate, by a natural cubic spline per coordinate.
@@ -40,8 +40,8 @@ SteadyClip FirstSeconds(const SteadyClip& clip, double seconds);
 // comes to rest at the clip's first pose.
 SteadyClip AfterRest(const SteadyClip& clip, double seconds);
 
-// The clip with joint centres that are not points of rigid bones (JointSway in
-// core/synthetic/recorded_people.h).
+// The clip with joint centres that are not points of rigid bones (joint_sway_m
+// in core/synthetic/recorded_people.h).
 SteadyClip WithJointSway(const SteadyClip& clip, double amplitude_m,
                          uint64_t seed);
 

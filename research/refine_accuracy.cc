@@ -41,8 +41,8 @@ using Clips = std::vector<std::pair<std::string, double>>;
 
 struct Fault {
   std::string name;
-  std::string keys;  // options of the refinement
-  int place = kRotationAt;
+  std::string keys;               // options of the refinement
+  int place = kRotationAt;        // parameter whose error is measured
   std::vector<double> offsets_s;  // of the clocks, by view
   std::function<void(Random*, CameraRig*)> spoil;
   int cameras = 5;

@@ -53,7 +53,7 @@ std::string KeyTables(const std::vector<ConfigKey>& keys);
 
 // A commented configuration with the values of `given`: the everyday keys,
 // commented out at their default, and every other key that differs from its
-// default. Both lists must contain the same keys in the same order.
+// default. `usual` has the defaults: the same keys in the same order.
 std::string CommentedConfig(const std::vector<ConfigKey>& given,
                             const std::vector<ConfigKey>& usual);
 

@@ -73,13 +73,14 @@ TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
   run_request.cameras = input.rig;
   run_request.frames = frames;
   if (without >= 0) run_request.without_cameras = {input.views()[without]};
-  // Poses are scored with the unchanged cameras of the file.
   RunOptions in_place = options;
   // The map may also name views that are not used, which are no longer there.
   in_place.cameras.map.clear();
   for (size_t v = 0; v < input.views().size(); ++v) {
     in_place.cameras.map[input.views()[v]] = input.cameras[v].name();
   }
+  // Poses are scored with the cameras of the file, so the world must not be
+  // moved to the floor.
   in_place.refine.ground = GroundKind::kOff;
   return TrackSequenceOf(in_place, run_request, input.detections, view_bias);
 }

@@ -42,7 +42,7 @@ DetectionSequence ReadClockedDetections(const std::string& detections,
 HeldOutSet PartIn(const std::vector<FrameRange>& frames, HeldOutSet set);
 
 // Throws InputError, naming the fold, if one of `folds` has no detection of the
-// set: what is chosen in one fold is scored in the other.
+// set, because what is chosen on one fold is scored on the other.
 void RequireDetections(const std::vector<FrameRange>& folds,
                        const HeldOutSet& set);
 

@@ -16,9 +16,9 @@ struct Machine {
 
 Machine ThisMachine();
 
-// Short commit hash of the repository whose folder configs/ this is, read at
-// run time (not at build time), with "-dirty" if it has local changes;
-// "unknown" if the folder is elsewhere, also within a repository.
+// Short commit hash of the repository whose folder configs/ the argument is,
+// read at run time (not at build time), with "-dirty" if tracked files have
+// changed; "unknown" for every other folder, even one within a repository.
 std::string CommitOf(const std::string& configs);
 
 }  // namespace kinegraph

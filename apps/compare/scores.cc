@@ -44,7 +44,7 @@ TrackSequence ObservedAlone(TrackSequence tracks) {
   return tracks;
 }
 
-// One series per actor; its RatioUnits are the true person-frames.
+// One series per actor, with a unit for each of the actor's true person-frames.
 std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
                                      double PersonError::*error) {
   std::map<int64_t, RatioSeries> actors;

@@ -24,8 +24,8 @@ struct TuningPoint {
 struct StrategyTuning {
   std::vector<TuningPoint> points;  // in the order of GridOf
   FoldValues chosen;                // for each fold, chosen on the other
-  double cross_px = 0.0;            // pooled over both folds
-  // cross_px with values chosen on the fold on which they are scored.
+  double cross_px = 0.0;            // error of `chosen`, over both folds
+  // The same with values chosen on the fold on which they are scored.
   double same_fold_px = 0.0;
   double cpu_s = 0.0;
 };

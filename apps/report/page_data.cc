@@ -118,8 +118,8 @@ size_t TextBytes(const Json& text) {
   return text.get_ref<const std::string&>().size();
 }
 
-// The final identity, after edit `index` and all later ones, of the person
-// `id`.
+// The identity of the person `id` after the joins among the edits from `index`
+// on.
 TrackId InTheEnd(const std::vector<IdentityEdit>& edits, size_t index,
                  TrackId id) {
   for (size_t e = index; e < edits.size(); ++e) {

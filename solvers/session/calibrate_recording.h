@@ -45,7 +45,7 @@ struct CalibrationInput {
 struct RecordingCalibration {
   std::vector<std::string> view_names;  // one per view of the rig
   RigResult rig;
-  // Cameras of the calibrated views (rig.used), in metres or, if the scale is
+  // Cameras of the joined views (rig.used), in metres or, if the scale is
   // unknown, in the unit of the rig; empty if the rig was refused. With a human
   // skeleton z points up, and with `ground` the floor is at z = 0.
   CameraRig cameras;
@@ -59,7 +59,7 @@ struct RecordingCalibration {
 };
 
 // Throws InputError if a joint or view of the known length does not exist or a
-// view of it could not be calibrated, and what PrepareScene throws.
+// view of it was not joined to the rig, and what PrepareScene throws.
 RecordingCalibration CalibrateRecording(const RunOptions& options,
                                         const CalibrationInput& input,
                                         const DetectionSequence& detections);

@@ -86,7 +86,8 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                             const DetectionSequence& detections,
                             const CalibrationUnit& unit,
                             const std::optional<RefinementRecord>& recorded) {
-  // Joint names are examined first: with wrong ones nothing else can be.
+  // Joint names are examined first, because nothing else can be examined with
+  // wrong ones.
   DetectionHeader header = detections.header;
   const auto skeletons = SkeletonsLike(detections.header.skeleton);
   SkeletonFit fit(skeletons);

@@ -85,9 +85,9 @@ struct Past {
   const Pose3d* joints = nullptr;
 };
 
-// The longest interval over which speed is measured: at low frame rates more
-// than that between two frames with people, but not so long that a foot may
-// have made a step.
+// The longest interval over which speed is measured: three times kRestS or, at
+// low frame rates, one and a half times the usual interval between frames with
+// people, but at most kLongestS, because in more time a foot may make a step.
 TimeNs LongestRest(const std::vector<TrackFrame>& frames) {
   constexpr double kLongestS = 0.6;
   std::vector<double> steps_s;

@@ -26,7 +26,8 @@ struct InputOptions {
   bool independent_frames = false;  // frames are unrelated in time
   // Skip frames of kinegraph's JSON Lines that cannot be read.
   bool skip_bad_frames = false;
-  // View -> rate [Hz] at which its files count frames, if different.
+  // View -> rate [Hz] at which its files count frames, if it is not that of the
+  // recording.
   std::map<std::string, std::string> view_frame_rate;
   // View -> offset subtracted from the frame numbers of its files.
   std::map<std::string, std::string> view_frame_offset;

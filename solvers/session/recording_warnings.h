@@ -58,10 +58,10 @@ double JointsOf17(const Detection& detection, const Skeleton& skeleton);
 std::optional<int> FewerJoints(double joints_of_17, double least);
 
 // Recommended gates.speed_mps [m/s] for people who move at `body_speed_mps`, if
-// gates cover speeds up to `followed_mps`; nullopt if that exceeds the body's
-// speed by a quarter or more or is 0 (unknown), or if the body's speed is
-// implausible. Gates must cover the distance moved between two frames, and
-// limbs are faster than the body.
+// gates cover speeds up to `followed_mps`; nullopt if `followed_mps` exceeds
+// the body's speed by a quarter or more or is 0 (unknown), or if the body's
+// speed is implausible. Gates must cover the distance moved between two frames,
+// and limbs are faster than the body.
 std::optional<double> FasterGate(double body_speed_mps, double followed_mps);
 
 // Median height of the people, weighted by their frames; 0 if unknown.

@@ -42,7 +42,8 @@ class UnfollowedPeople {
  private:
   struct Chain {
     Eigen::AlignedBox2d box;  // when last seen
-    // When last seen, or later if the clock stopped or stepped back.
+    // When last seen or, if the clock has stopped or stepped back since, the
+    // time of the frame in which it did.
     TimeNs time = 0;
     UnfollowedPerson person;
     int64_t frames = 0;
@@ -60,7 +61,7 @@ class UnfollowedPeople {
   const int least_joints_;
   int64_t frames_ = 0;
   double step_s_ = 0.0;  // the longest frame interval below a second
-  // Steps of the clock, other than back, and the sum of their durations.
+  // Number of frame intervals that are not negative, and their sum.
   int64_t steps_ = 0;
   TimeNs passed_ = 0;
   TimeNs last_time_ = 0;
