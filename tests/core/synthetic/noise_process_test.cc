@@ -54,7 +54,7 @@ TEST(MarkovBursts, RatesOfZeroAndOneAreExact) {
   }
 }
 
-TEST(MarkovBursts, ARateThatChangesHoldsInItsFrames) {
+TEST(MarkovBursts, AlternatingRatesHoldInTheirFrames) {
   constexpr std::array<double, 2> kRates = {0.1, 0.6};
   constexpr double kBurst = 6.0;  // frames
   constexpr int kRun = 50;        // frames at one rate, then at the other
