@@ -92,7 +92,7 @@ TEST_F(CalibrateTest, UnreadableInputLeavesNoFolders) {
   EXPECT_FALSE(fs::exists(Path("new")));
 }
 
-// Otherwise only the writer would fail, after all the work.
+// Without this check only the writer would fail, after the whole calibration.
 TEST_F(CalibrateTest, RefusesAFormatWithoutLensesAtOnce) {
   EXPECT_THAT(
       Refusal("calibrate",

@@ -106,8 +106,8 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
 
 void AddLastingOffsets(uint64_t seed, double scale, FaultyScene* scene) {
   constexpr double kMedianM = 0.010;
-  // Of the logarithm: the 90th percentile, 1.28 sigma, is at 35 mm = 3.5
-  // medians; 0.98 is log(3.5) / 1.28.
+  // Standard deviation of the logarithm: the 90th percentile, 1.28 sigma, is
+  // at 35 mm = 3.5 medians; 0.98 is log(3.5) / 1.28.
   constexpr double kSigma = 0.98;
   Random random(seed);
   std::map<std::array<int64_t, 3>, Eigen::Vector2d> offsets_m;

@@ -37,7 +37,7 @@ struct FaultySceneOptions {
   std::vector<double> distortion;  // of the lenses, as MakeLens takes it
   // One per view, or none; not included in the capture times of the detections.
   std::vector<double> clock_offset_s;
-  // The same [s/s]; the offsets change once per second.
+  // [s/s], one per view, or none; the offsets change once per second.
   std::vector<double> clock_drift;
   // The ring is not closed, because the cameras of an evenly filled ring are
   // interchangeable.

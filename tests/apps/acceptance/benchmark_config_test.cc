@@ -19,9 +19,10 @@ struct Frozen {
   const char* name;  // configs/benchmark/NAME.toml
   bool campus;
   // Correct parts of the headline actors. Without bones the numbers are those
-  // of commit 98b8b86. With bones, that commit had 4710 and 3674: it solved in
-  // ten coarse steps, an option that no longer exists. A solver that finds
-  // another of two minima of a joint changes one or two parts.
+  // of commit 98b8b86. With bones (offline, campus_offline), that commit had
+  // 4710 and 3674: it solved in ten coarse steps, an option that no longer
+  // exists. A solver that finds another of two minima of a joint changes one or
+  // two parts.
   int64_t right_parts;
 };
 

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// The plain configuration, and one with another key.
+// The plain configuration, and one with a changed key.
 const std::vector<std::string> kPlainAndWide = {"",
                                                 "reconstruction.alpha_epi=40"};
 

@@ -117,7 +117,8 @@ TEST_F(CommandLine, ErrorsNameTheFoundAndTheExpectedValue) {
               HasSubstr("found the flag --test_threads=2"));
 }
 
-// A printed fix may follow another --set in a command.
+// Users may append a fix, which a command prints as --set=..., to a command
+// line that already has a --set.
 TEST_F(CommandLine, RepeatedSetsAreConcatenated) {
   EXPECT_EQ(Refusal({"--set=a.b=1", "--set", "c=2;d=3"}), "");
   EXPECT_EQ(FLAGS_set, "a.b=1;c=2;d=3");

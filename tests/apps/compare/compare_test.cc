@@ -106,7 +106,7 @@ TEST(Compare, RanksABetterAndAWorseStrategy) {
   // The truth agrees.
   EXPECT_EQ(result.strategies[1].Find("mpjpe_mm")->verdict, Verdict::kLess);
   EXPECT_EQ(result.strategies[2].Find("mpjpe_mm")->verdict, Verdict::kMore);
-  // Both are smoother, but only one is more accurate.
+  // Batch and Gaussian are smoother, but only the batch is more accurate.
   for (const size_t index : {1u, 2u}) {
     for (const char* key :
          {"acceleration_m_s2", "jerk_m_s3", "power_above_6hz_mm2"}) {

@@ -30,7 +30,7 @@ TEST(DocsTest, ConfigurationPageListsEveryKey) {
 }
 
 // A new key may require the removal of another.
-TEST(DocsTest, NumberOfKeysIsLimited) {
+TEST(DocsTest, KeysAreLimitedAndTablesNeedEverydayKeys) {
   EXPECT_LE(KeysOf<RunOptions>().size(), 130u);
   // A list that lacks the everyday keys cannot be sorted into tables.
   EXPECT_THROW(KeyTables(KeysOf<SynthesisOptions>()), std::logic_error);

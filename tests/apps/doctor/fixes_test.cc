@@ -111,7 +111,7 @@ nlohmann::json Doctor(const std::string& arguments, const std::string& out) {
   return nlohmann::json::parse(testing::ContentOf(out + "/doctor.json"));
 }
 
-// A recording in a folder, as flags.
+// A recording written to a folder, and the flags and keys that read it.
 struct Files {
   explicit Files(const std::string& folder) : path(folder) {}
   void Write(const std::function<void(FaultyScene*)>& spoil) {
@@ -145,8 +145,8 @@ TEST_P(Fixes, RunAsPrintedAndResolveTheFinding) {
   ASSERT_FALSE(found.at("findings").empty()) << one.kind;
   for (const auto& finding : found.at("findings")) {
     const auto fix = finding.at("fix").get<std::string>();
-    // Findings of low confidence: a shift equivalent to the rotation, or the
-    // remainder of a crop that is estimated to a few pixels.
+    // Skips findings of low confidence: a shift equivalent to the rotation, or
+    // the remainder of a crop that is estimated to a few pixels.
     if (finding.at("confidence").get<double>() <= 0.5 &&
         (finding.at("kind") == "shift" || finding.at("kind") != one.kind)) {
       continue;

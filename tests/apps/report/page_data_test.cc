@@ -236,7 +236,7 @@ TEST(PageData, HostileNamesStayData) {
   EXPECT_THAT(page, HasSubstr("<title>&lt;/script&gt;&lt;img"));
 }
 
-// Required: 5 minutes, 6 people, 30 Hz, below 15 MB.
+// The page of 5 minutes with 6 people at 30 Hz must have less than 15 MB.
 TEST(PageData, LongRecordingStaysSmall) {
   const PageData data = MakePageData(InputOf(Walk(5 * 60 * 30, 6, 30.0)));
   EXPECT_EQ(data.poses, 54000u);

@@ -103,7 +103,7 @@ TEST_F(TrackletsTest, ImplausibleJumpsEndOwnership) {
 }
 
 TEST_F(TrackletsTest, OwnershipExpiresWithoutClaims) {
-  SeeTwo(-0.8, 0.8);  // until 0.36 s
+  SeeTwo(-0.8, 0.8);  // claims until 0.36 s; ownership lapses 2 s later
   while (frame_ * frame_s_ < 2.3) See({-0.8, 0.8});
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
   while (frame_ * frame_s_ < 2.5) See({-0.8, 0.8});

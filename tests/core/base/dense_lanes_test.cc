@@ -40,7 +40,8 @@ Eigen::MatrixXd RandomSquare(int size, Random* random) {
   return square;
 }
 
-// A `block` of 0 makes the coupling dense.
+// The coupling is block-diagonal with blocks of size `block`, or dense if this
+// is 0.
 Blocks MakeBlocks(int size, int block, Random* random) {
   Blocks blocks;
   blocks.size = size;

@@ -17,7 +17,7 @@ using Widths =
                      Pack<8, BaselineTarget>>;
 TYPED_TEST_SUITE(PackTest, Widths);
 
-// Lane i of every pack.
+// Lane i of the packs a and b is kA[i] and kB[i].
 constexpr double kA[] = {1.5, -2.0, 0.1, 7.0, 1e-9, -0.0, 3.0, 1e300};
 constexpr double kB[] = {3.0, 0.3, -7.0, 7.0, 1e9, 0.0, -1.0, 1e300};
 

@@ -540,9 +540,10 @@ TEST(Noise, ConfidenceDeterminesTheNoise) {
     if (c < 1.0 && c > 0.05) normalised.Add(error * std::sqrt(c / (9.0 * 0.4)));
   });
   normalised.ExpectVariance(1.0);
-  // The mean square remains sigma_px^2. For its spread, E f^4 = exp(4 s^2)
-  // holds for the factor f, so the variance of a squared error is 3 exp(4 s^2)
-  // - 1; both axes share f, hence twice that.
+  // The mean square remains sigma_px^2. The log-normal factor f of sigma_px has
+  // E f^2 = 1 and E f^4 = exp(4 s^2), where s is noise_spread, so a squared
+  // error in units of sigma_px^2 has the variance 3 exp(4 s^2) - 1; both axes
+  // share f, hence twice that.
   const double variance = 2.0 * (3.0 * std::exp(4.0 * 0.09) - 1.0);
   EXPECT_NEAR(all.squares / all.n, 9.0,
               5.0 * 9.0 * std::sqrt(variance / all.n));
@@ -642,7 +643,8 @@ TEST(Noise, SwapsExchangeSidesAndAreLabelled) {
             "swap_whole+fragment_upper");
 }
 
-// Expects all joints at their positions at the time of their frame and view.
+// Expects every found joint at the projection of its true position at the time
+// time_of(f, v) of its frame and view.
 template <typename TimeOf>
 void ExpectSeenAt(const Scene& scene, const DetectionSequence& seen,
                   const ObservationTruth& truth, const TimeOf& time_of) {

@@ -246,7 +246,8 @@ TEST(RecordedPeople, JointCentresMoveWithTheAngleOfTheJoint) {
   }
   for (size_t j = 0; j < 5; ++j) EXPECT_EQ(largest[j], 0.0) << "the face";
   for (size_t j = 5; j < largest.size(); ++j) {
-    // 5 to 15 mm in either direction; less where the joint hardly bends.
+    // Amplitudes are 0.5 to 1.5 times joint_sway_m, 5 to 15 mm; less is
+    // reached where the joint hardly bends.
     EXPECT_GT(largest[j], 0.0005) << Coco17().joints()[j];
     EXPECT_LT(largest[j], 0.0155) << Coco17().joints()[j];
   }

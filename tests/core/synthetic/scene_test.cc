@@ -297,7 +297,7 @@ TEST(Scene, CamerasStandUprightOnTheRing) {
     EXPECT_LT((*centre - Vector2d(640.0, 360.0)).norm(), 1e-9);
     EXPECT_LT(camera.Project({0.0, 0.0, 1.8})->y(), 360.0);
   }
-  // Two cameras do not face each other.
+  // Two cameras do not face each other: their axes enclose 60 to 120 degrees.
   options.count = 2;
   const CameraRig pair = MakeRing(options);
   const Vector3d a = pair[0].RayDirection({640.0, 360.0});

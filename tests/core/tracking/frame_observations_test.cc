@@ -37,13 +37,13 @@ bool IsOnePerson(const Observation& a, const Observation& b) {
   return SuppressDuplicates(2, &both) == 1;
 }
 
-TEST(DuplicateSuppression, DistanceLimitIsATwentiethOfTheBox) {
+TEST(DuplicateSuppression, DistanceLimitIsATwentiethOfTheBoxDiagonal) {
   const Observation person = Person(100.0, 200.0, 0.8);
   EXPECT_TRUE(IsOnePerson(person, person));
   EXPECT_TRUE(IsOnePerson(person, Person(109.9, 200.0, 0.8)));
   EXPECT_FALSE(IsOnePerson(person, Person(110.1, 200.0, 0.8)));
-  // The limit scales with the person: for a distant, small person, 5 px mean
-  // two people.
+  // The limit scales with the person: for a distant person with a diagonal of
+  // 60 px it is 3 px, so 5 px mean two people.
   EXPECT_FALSE(IsOnePerson(Person(100.0, 60.0, 0.8), Person(105.0, 60.0, 0.8)));
 }
 
@@ -115,8 +115,8 @@ TEST(DuplicateSuppression, DropsNobodyOnShelfAndPose2Sim) {
 
 // Eight people crowd a small area in view of five cameras, with a noisy
 // detector that makes no duplicates: everything dropped was another person.
-// This happens in single frames when people pass in front of each other; more
-// than one in a thousand would lose tracks.
+// Such drops happen in single frames when people pass in front of each other;
+// more than one in a thousand would lose tracks.
 TEST(DuplicateSuppression, RarelyDropsAnotherPerson) {
   SceneOptions scene_options;
   scene_options.seed = 951;

@@ -84,8 +84,9 @@ TEST(TrackLife, AgesGrowWithTheIntervalAtLowFrameRates) {
     double age_frames;
   } kCases[] = {{25.0, 10.0},
                 {12.5, 5.0},
+                // Below 12.5 Hz five frames, but no longer than five times
+                // max_age_s, 2 s.
                 {4.0, 5.0},
-                // At most five times as long.
                 {1.0, 2.0},
                 {0.1, 0.2}};
   for (const auto& one : kCases) {

@@ -199,6 +199,7 @@ TEST(ViewMemoryTest, ViewsStayInOrderOfFirstStoreEachWithItsNewestPoseFirst) {
 
 constexpr double kCameraRate = 25.0;
 
+// A look is a frame on which the detector ran.
 class LookRhythmTest : public ::testing::Test {
  protected:
   // The next frame, with or without a detection in one of two views.

@@ -144,9 +144,9 @@ TEST_F(TrackerTest, OneViewSufficesWhileOlderViewsCount) {
   }
 }
 
-// A sprint start, 10 m/s^2 up to 8 m/s: at the end each frame is 0.3 m from the
-// previous one and 0.05 m from the prediction by the velocity of the last five;
-// 20 px are 0.1 m at 5 m.
+// A sprint start, 10 m/s^2 up to 7.6 m/s: at the end each frame is 0.3 m from
+// the previous one and 0.05 m from the prediction by the velocity of the last
+// five; 20 px are 0.1 m at 5 m.
 TEST_F(TrackerTest, RunnersArePredictedAhead) {
   for (const double prediction_s : {0.0, 0.2}) {
     TrackerOptions options;
@@ -269,7 +269,8 @@ DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
 
 // With six unmatched detections in each of two views, 0.05 * 6 * 6 = 1.8 pairs
 // of them are expected to agree by chance: three cameras that face the position
-// without a detection are evidence against it.
+// without a detection are evidence against it. In paper mode the two views
+// start a track.
 TEST_F(TrackerTest, TwoOfFiveViewsAmongStraysStartNobody) {
   const auto count = [&](AssociationRules rules, size_t views, int strays) {
     TrackerOptions options;

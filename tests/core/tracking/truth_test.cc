@@ -63,8 +63,9 @@ std::vector<TrackFrame> TrackAll(const Scene& scene,
   return frames;
 }
 
-// Errors [m] of all joints that every camera supports, of true and found poses
-// paired one-to-one at the time of the frame; no person may be found twice.
+// Errors [m] of the found joints that are inliers in every view; found and true
+// people of a frame are paired one-to-one. Expects no more found than true
+// people in any frame.
 std::vector<double> ErrorsOf(const Scene& scene,
                              const DetectionSequence& detections,
                              const std::vector<TrackFrame>& tracks) {

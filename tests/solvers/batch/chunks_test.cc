@@ -118,8 +118,9 @@ TEST_F(ChunksTest, CovariancesMatchASolveOfTheWholeRecording) {
     ASSERT_EQ(covariances[1][j].size(), 750u);
     for (size_t k = 0; k < 750; ++k) {
       const Matrix6d& whole = covariances[0][j][k];
-      // Skips the gap of two seconds: beyond it, the overlap contains only half
-      // a second of observations.
+      // Skips frames without two inlier views, such as those of the gap: the
+      // overlap of the chunk that ends in the gap contains only half a second
+      // of the observations after it.
       if (CountInliers(solved.joints[j], k, options_.inlier_weight) < 2) {
         continue;
       }

@@ -86,7 +86,7 @@ TEST(Bundle, RecoversClocks) {
   for (size_t v = 1; v < 5; ++v) {
     const auto at = static_cast<Eigen::Index>(v - 1);
     const double sigma_s = std::sqrt(result.covariance(at, at));
-    // Five reported sigmas; the error of the first view is included.
+    // Five reported sigmas, which include the error of the reference view.
     EXPECT_NEAR(result.changes[v][kOffsetAt], scene_options.clock_offset_s[v],
                 5.0 * sigma_s)
         << v;

@@ -45,7 +45,7 @@ TEST_F(AllocationsTest, ASteadyWindowAllocatesNothingBesidesCeres) {
   Make({4, 11, 71, false, 0}, noise);
   PersonSolver solver(options_);
   const auto solve = [&](int64_t* basin, int64_t* minimum) {
-    // Values that learnt noise changes from frame to frame.
+    // Learnt process noise changes from frame to frame.
     for (JointChain& chain : problem_.joints) {
       for (double& q : chain.process_noise) q *= 1.01;
     }

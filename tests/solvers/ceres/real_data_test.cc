@@ -61,7 +61,8 @@ struct SolverCase {
   const char* set;
   int64_t frames;  // of the recording; 0: all. Windows with bones are slow.
 };
-// Otherwise GoogleTest would print the bytes of the struct, including padding.
+// Without this operator, GoogleTest would print the bytes of the struct,
+// including padding.
 std::ostream& operator<<(std::ostream& out, const SolverCase& param) {
   return out << param.name;
 }

@@ -37,17 +37,17 @@ class BoneSimulator {
                                 random_.Normal()
                       : random_.Normal();
     started_ = true;
-    BoneObservation look;
-    look.distance_m = length_m + noise_m * state_;
-    look.variance_m2 = modelled_m * modelled_m;
-    look.freedom = 10;
+    BoneObservation observation;
+    observation.distance_m = length_m + noise_m * state_;
+    observation.variance_m2 = modelled_m * modelled_m;
+    observation.freedom = 10;
     const double ratio = noise_m / modelled_m;
-    for (int i = 0; i < look.freedom; ++i) {
+    for (int i = 0; i < observation.freedom; ++i) {
       const double residual = ratio * random_.Normal();
-      look.square += residual * residual;
+      observation.square += residual * residual;
     }
-    look.averaged_frames = 6.0;
-    return look;
+    observation.averaged_frames = 6.0;
+    return observation;
   }
 
  private:
@@ -56,13 +56,13 @@ class BoneSimulator {
   bool started_ = false;
 };
 
-// The estimate from `looks` observations of a bone whose length varies by
+// The estimate from `count` observations of a bone whose length varies by
 // `varies_m`.
-BoneEstimate EstimateFrom(BoneSimulator simulator, int looks,
+BoneEstimate EstimateFrom(BoneSimulator simulator, int count,
                           double varies_m = 0.0) {
   Random random(7);
   BoneSpreads spreads(Legs());
-  for (int i = 0; i < looks; ++i) {
+  for (int i = 0; i < count; ++i) {
     spreads.Add(0, simulator.At(kLength + varies_m * random.Normal()));
   }
   return *spreads.Estimate(0);
@@ -103,12 +103,12 @@ TEST(BoneSpreads, ResistsOutliers) {
   BoneSimulator simulator(3);
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 1000; ++i) {
-    BoneObservation look = simulator.At(kLength);
+    BoneObservation observation = simulator.At(kLength);
     if (i % 10 == 0) {
-      look.distance_m += 0.3;
-      look.square += 1000.0;
+      observation.distance_m += 0.3;
+      observation.square += 1000.0;
     }
-    spreads.Add(0, look);
+    spreads.Add(0, observation);
   }
   const BoneEstimate estimate = *spreads.Estimate(0);
   // A tenth of the values on one side moves the median to the quantile 5/9, by
@@ -147,12 +147,12 @@ BoneEstimate EstimateFromEnds(double length_m, const Vector3d& noise_m,
   BoneSpreads spreads(Legs());
   double sum_m = 0.0;
   for (int i = 0; i < 1000; ++i) {
-    const auto look =
+    const auto observation =
         LookAtBone(LocatedAt(0.0, noise_m, modelled, random),
                    LocatedAt(length_m, noise_m, modelled, random));
-    EXPECT_TRUE(look.has_value());
-    sum_m += look->distance_m;
-    spreads.Add(0, *look);
+    EXPECT_TRUE(observation.has_value());
+    sum_m += observation->distance_m;
+    spreads.Add(0, *observation);
   }
   if (distance_m != nullptr) *distance_m = sum_m / 1000.0;
   return *spreads.Estimate(0);
@@ -210,10 +210,11 @@ TEST(BoneSpreads, BoneShorterThanTheNoiseIsUnknown) {
   BoneSpreads spreads(strange);
   const Vector3d noise_m = Vector3d::Constant(0.01);
   for (int i = 0; i < 100; ++i) {
-    BoneObservation look = *LookAtBone(LocatedAt(0.0, noise_m, 1.0, &random),
-                                       LocatedAt(0.0, noise_m, 1.0, &random));
-    look.noise_m2 *= 3.0;
-    spreads.Add(0, look);
+    BoneObservation observation =
+        *LookAtBone(LocatedAt(0.0, noise_m, 1.0, &random),
+                    LocatedAt(0.0, noise_m, 1.0, &random));
+    observation.noise_m2 *= 3.0;
+    spreads.Add(0, observation);
   }
   EXPECT_FALSE(spreads.Estimate(0).has_value());
 }
@@ -404,9 +405,9 @@ TEST(BoneSpreads, PoolingRigidBonesTightensSpreadBounds) {
     BoneSpreads alone(Legs());
     BoneSpreads together(FourBones());
     for (int i = 0; i < 150; ++i) {
-      const BoneObservation look = simulator.At(kLength);
-      alone.Add(0, look);
-      together.Add(0, look);
+      const BoneObservation observation = simulator.At(kLength);
+      alone.Add(0, observation);
+      together.Add(0, observation);
       for (int b = 1; b < 4; ++b) together.Add(b, simulator.At(kLength));
     }
     alone_m2 += std::pow(alone.Estimate(0)->spread_bound_m, 2);
@@ -481,14 +482,14 @@ TEST_F(BoneEndsTest, AreAtTriangulatedPositions) {
   EXPECT_LT(ends[0]->covariance_m2.trace(), ends[1]->covariance_m2.trace());
   EXPECT_GE(ends[0]->averaged_frames, 1.0);
   EXPECT_LE(ends[0]->averaged_frames, 25.0) << "at most a second";
-  const auto look = LookAtBone(*ends[0], *ends[1]);
-  ASSERT_TRUE(look.has_value());
-  EXPECT_EQ(look->freedom, 6);
+  const auto observation = LookAtBone(*ends[0], *ends[1]);
+  ASSERT_TRUE(observation.has_value());
+  EXPECT_EQ(observation->freedom, 6);
   // Pixels are exact, but the noise assumed by the model would increase the
   // distance.
-  EXPECT_NEAR(look->distance_m, (a - b).norm(), 1e-6);
-  EXPECT_GT(look->added_m, 0.0);
-  EXPECT_LT(look->added_m, 0.001);
+  EXPECT_NEAR(observation->distance_m, (a - b).norm(), 1e-6);
+  EXPECT_GT(observation->added_m, 0.0);
+  EXPECT_LT(observation->added_m, 0.001);
 }
 
 TEST_F(BoneEndsTest, UseTheTimeOfEachView) {

@@ -75,8 +75,9 @@ TEST(InformationTest, CovarianceFactorMatchesNumericIntegration) {
         const ErrorCorrelation lasting{0.2, time_s};
         const double truth =
             FactorByNarrowSteps(lasting, frame_s, process_noise, 1e-4);
-        // If w_c tau is 10 to 200, only a few steps resolve the variation of H
-        // below u = 4, which causes errors of up to 0.7 %.
+        // If w_c tau is 10 to 200, only a few steps of CovarianceFactor resolve
+        // the smoother's gain, 1 / (1 + u^4), below u = 4, which causes errors
+        // of up to 0.7 %.
         EXPECT_NEAR(
             CovarianceFactor(lasting, frame_s, process_noise, 1e-4) / truth,
             1.0, 0.01)

@@ -145,7 +145,7 @@ TEST(RigStart, ExactPeopleDetermineCamerasInBaselines) {
   EXPECT_EQ(start.pairs.size(), 3u);
 }
 
-// Frame k + lag shows the instant of frame k.
+// Frames of a view shifted by -6 (Realigned) give it a lag of 6 frames.
 TEST(RigStart, LagsAreRecovered) {
   const DetectionSequence recording = Realigned(SeenByRing(3), {0, -6, 4});
   const RigStart start = FindRigStart(
@@ -352,7 +352,7 @@ TEST(PeopleOfRig, SetsThatOverlapInAViewAreNotMerged) {
 
 // Matches of a pair whose lag differs from the rig's by two frames are used;
 // with three they are not.
-TEST(PeopleOfRig, PairsWithAnotherLagAreIgnored) {
+TEST(PeopleOfRig, PairsWhoseLagDiffersByThreeFramesAreIgnored) {
   for (const int lag : {-3, -2, 2, 3}) {
     const RigStart start = StartOf({TrackletAt(0, 0, 10), TrackletAt(1, 0, 10)},
                                    {MatchedPair(0, 1, {{0, 1, 0.9}}, lag)});

@@ -561,7 +561,7 @@ TEST(Rig, PeopleWhoCanBeExchangedAreReported) {
 // A detector runs on every second frame. The result with the original frame
 // numbers differs only by rounding from that with consecutive numbers at half
 // the frame rate.
-TEST(Rig, EverySecondFrameGivesTheSameAsItsOwnFrameRate) {
+TEST(Rig, EverySecondFrameEqualsARecordingAtHalfTheFrameRate) {
   const Scene scene = Walkers(20.0);
   NoiseOptions noise = Noise();
   noise.clock_offset_s = {0.0, 0.24, 0.0};

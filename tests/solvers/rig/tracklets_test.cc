@@ -375,7 +375,7 @@ MotionSignals SignalsOf(std::vector<ViewTracklet> tracklets,
 // 1e-6.
 constexpr double kOfFloats = 1e-5;
 
-// The integer step of which the rate is nearest to 12.5 Hz, or every frame.
+// The step in frames is the frame rate over 12.5 Hz, rounded, and at least one.
 TEST(MotionSignals, SamplingRateIsAboutTwelveHertz) {
   const std::vector<std::pair<double, int>> steps = {
       {5.0, 1}, {12.5, 1}, {25.0, 2}, {30.0, 2}, {50.0, 4}, {60.0, 5}};

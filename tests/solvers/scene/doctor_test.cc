@@ -454,7 +454,7 @@ TEST(Doctor, SinglePointsAreNotExamined) {
       << diagnosis.notes.back();
 }
 
-// At 25 Hz.
+// At 25 Hz, a segment of at most 0.03 s has one frame.
 TEST(Doctor, StatesTheLengthOfMotionSegments) {
   for (const auto& [span_s, length] :
        {std::pair{0.2, "up to 0.2 s"}, {0.03, "one frame"}}) {
