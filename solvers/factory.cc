@@ -60,8 +60,9 @@ EstimatorPair MakeEstimators(const EstimatorOptions& options) {
   const bool same = feedback == options.output;  // one estimator in both roles
   EstimatorPair pair;
   pair.notes = std::make_shared<RecordingNotes>(options.graph);
-  // Every factory has its own notes: people of different runs or passes must
-  // not learn from each other.
+  // New notes for every pair: people of different runs or passes must not learn
+  // from each other. A feedback estimator that writes no poses does not share
+  // them.
   pair.feedback =
       SmootherOf(feedback).make(options, same ? pair.notes : nullptr);
   if (!same) pair.output = MakeOutput(options.output, options, pair.notes);

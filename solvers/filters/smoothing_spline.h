@@ -40,8 +40,9 @@ Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
 double ChooseLambdaByGcv(const std::vector<double>& times_s,
                          const Samples& values);
 
-// Minimum of `score` between `low` and `high`: a grid of `step`, then a
-// golden-section search between the neighbours of the best point, to 1e-6.
+// The argument between `low` and `high` with the least `score`: a grid of
+// `step`, then a golden-section search between the neighbours of the best
+// point, to 1e-6.
 double LeastOnGrid(double low, double high, double step,
                    const std::function<double(double)>& score);
 
