@@ -84,10 +84,10 @@ struct RigResult {
   CameraRig cameras;
   std::vector<std::vector<int>> places;
   Eigen::MatrixXd covariance;
-  bool clocks_told = false;  // whether clocks are known to less than a frame
+  bool clocks_told = false;  // whether clocks are known to fractions of a frame
   // Probability that every joined view is within 0.3 degrees and 1 % of
-  // `size_m`; halved if, for some view, another explanation fits nearly as
-  // well.
+  // `size_m` of its true pose; halved if, for some view, another explanation
+  // fits nearly as well.
   double likely_right = 0.0;
   double likely_by_lenses = 0.0;  // the same given exact lenses
   // Describes focal lengths whose estimates differ from the stated values;
@@ -99,6 +99,8 @@ struct RigResult {
   DetectionSequence recording;
 };
 
+// The verdict is kRefused, with reasons, if the recording determines no rig.
+// Throws InputError if more than a million frames are missing.
 RigResult EstimateRig(const RigInput& input);
 
 }  // namespace kinegraph

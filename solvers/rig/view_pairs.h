@@ -32,9 +32,9 @@ struct PairFit {
   int lag = 0;  // frame k of view a is simultaneous with k + lag of view b
   RelativePose pose;
   std::vector<TrackletMatch> matches;
-  // Duration [s] of the matched people times their gain, on joints and frames
-  // that were held out of the fit, minus the gain of unrelated joints by
-  // chance.
+  // Sum over the matches of their duration [s] times the excess of their gain,
+  // on joints and frames that were held out of the fit, over the gain of
+  // unrelated joints by chance.
   double evidence = 0.0;
   // The evidence of the best different explanation, i.e. with a lag that
   // differs by more than 0.25 s or a rotation that differs by more than 20
