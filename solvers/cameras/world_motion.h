@@ -11,7 +11,7 @@ namespace kinegraph {
 // and the points that the new cameras see at the same pixels.
 struct WorldMotion {
   double moved_m = 0.0;  // mean displacement of the points
-  // Of the similarity transformation fitted to the points.
+  // Rotation and scale of the similarity transformation fitted to the points.
   double turned_deg = 0.0;
   double scale = 1.0;  // of lengths
 };

@@ -33,7 +33,7 @@ struct SolveCounts {
   // positive definite.
   int64_t no_covariance = 0;
 
-  // Whether no solve had any trouble.
+  // Whether there are no failures.
   bool AllWell() const;
   SolveCounts& operator+=(const SolveCounts& other);
 };

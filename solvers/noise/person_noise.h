@@ -126,7 +126,7 @@ class PersonNoise {
   CorrelationLearner correlations_;
   const MotionGroups groups_;
   ErrorCorrelation correlation_;
-  // For a whole recording.
+  // Set once the noise of a whole recording is learnt or adopted.
   std::optional<CovarianceFactorTable> covariance_factors_;
   std::vector<FilterBank> banks_;         // by joint
   std::vector<double> last_variance_m2_;  // by joint

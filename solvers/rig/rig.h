@@ -68,6 +68,10 @@ struct RigView {
   std::string left_out;    // why it is left out; empty if accurate enough
 };
 
+// kCalibrated: all views of the detections are accurate, likely_right is at
+// least 0.8, and the recording does not contradict stated focal lengths.
+// kPartly: at least two views are accurate. kRefused: fewer are, also without
+// contradicted focal lengths.
 enum class RigVerdict { kCalibrated, kPartly, kRefused };
 const char* ToString(RigVerdict verdict);
 
@@ -99,7 +103,6 @@ struct RigResult {
   DetectionSequence recording;
 };
 
-// The verdict is kRefused, with reasons, if the recording determines no rig.
 // Throws InputError if more than a million frames are missing.
 RigResult EstimateRig(const RigInput& input);
 
