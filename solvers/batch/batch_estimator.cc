@@ -22,7 +22,7 @@
 namespace kinegraph {
 namespace {
 
-// A smaller change of the noise scale does not justify another solve.
+// A smaller relative change of the noise scale does not justify another solve.
 constexpr double kLeastChange = 0.02;
 
 // Linear interpolation of the starts between triangulated frames; constant
@@ -195,13 +195,14 @@ class BatchEstimator final : public Estimator {
     return true;
   }
 
-  // Data for reuse of this result by the next pass; null if it cannot be
-  // reused.
+  // Data for reuse of this result by the next pass; null if no other pass is
+  // expected or the result cannot be reused.
   std::shared_ptr<SolvedPerson> Solution() const {
     if (!notes_->expects_another_pass()) return nullptr;
     // Not reusable where the result depends on more than the matches nearby:
     // the noise scale depends on all residuals, user factors may depend on the
-    // initial pose. Nor if a chunk was solved without its bones.
+    // initial pose. A result is not reused either if a chunk was solved without
+    // its bones.
     if (options_.EstimatesNoiseScale() || options_.user_factors ||
         !solver_.KeptBones()) {
       return nullptr;
@@ -269,7 +270,8 @@ class BatchEstimator final : public Estimator {
   }
 
   std::vector<std::vector<Eigen::Matrix3d>> Covariances() {
-    // The next pass only needs the uncertainty of each position.
+    // The next pass needs only an uncertainty of each position, for which
+    // covariances without bones suffice.
     if (notes_->expects_another_pass()) {
       return solver_.JointCovariances(recording_);
     }
@@ -332,7 +334,9 @@ class BatchEstimator final : public Estimator {
     DropUnsure();
   }
 
-  // Uses the bone lengths of frames in which both ends were observed.
+  // Marks uncertain joints of the final poses as missing (DropUnsureJoints), by
+  // bone lengths from the frames in which both ends were observed. Then removes
+  // the covariances if the options do not request them.
   void DropUnsure() {
     BoneLengths lengths(scene_.skeleton);
     for (const FinalPose& one : finals_) {

@@ -12,9 +12,9 @@ namespace kinegraph {
 
 // Collects frames and solves in Finish(), which makes every pose final. There
 // is no causal estimate: Last() is the newest initial pose and Predict()
-// returns it unchanged, so it should not be used for association. Throws
-// OptionError for bad options. `notes` are shared with the other people of the
-// run; null: separate notes.
+// returns the same positions as inferred joints, so the estimator should not be
+// used for association. Throws OptionError for bad options. `notes` are shared
+// with the other people of the run; null: separate notes.
 std::unique_ptr<Estimator> MakeBatchEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<RecordingNotes> notes = nullptr);

@@ -25,7 +25,7 @@ namespace kinegraph {
 
 struct Chunk {
   // Frames begin .. end - 1 are solved, and own_begin .. own_end - 1 of them
-  // kept. Of the chunks of MakeChunks exactly one owns each frame.
+  // kept. Each frame is owned by exactly one of the chunks from MakeChunks.
   size_t begin = 0;
   size_t end = 0;
   size_t own_begin = 0;
@@ -33,11 +33,11 @@ struct Chunk {
 };
 
 // Chunks of equal duration, at least `chunk_s` and less than twice that [s]; a
-// single chunk if it is 0 or the recording is shorter than 2 `chunk_s`. Depends
-// only on times and on which frames measure which joints. The overlap is 1.1 s
-// on each side (over which a change in one frame affects others; 27 frames at
-// 25 Hz), and up to 5.5 s where a joint is measured in fewer than half of these
-// frames.
+// single chunk if `chunk_s` is 0 or the recording is shorter than 2 `chunk_s`.
+// They depend only on times and on which frames measure which joints. The
+// overlap is 1.1 s on each side (over which a change in one frame affects
+// others; 27 frames at 25 Hz), and up to 5.5 s where a joint is measured in
+// fewer than half of these frames.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
 // The result for a chunk's own frames, of all joints.
@@ -47,7 +47,7 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 // The frames of a person that an earlier pass has already solved.
 struct KnownFrames {
   std::shared_ptr<const SolvedPerson> person;
-  // By frame: the corresponding frame of the earlier pass, or one near it.
+  // By frame: index in person->records of the same frame, or of one near it.
   std::vector<size_t> frame_of;
   // By frame: matched and measured as in the earlier pass.
   std::vector<char> same;
@@ -102,10 +102,12 @@ class RecordingSolver {
   std::vector<std::vector<Matrix6d>> StateCovariances(
       const PersonProblem& recording, double correction);
 
-  // SolveTogether and the covariances call this first, because each needs its
-  // own work space.
+  // Frees the memory that solves needed. SolveTogether and the functions that
+  // compute covariances begin with this call, because each needs its own work
+  // space.
   void FreeWorkSpace();
 
+  // PersonSolver::HandInCounts for the counts of all chunks.
   void HandInCounts(int64_t first_frame, int64_t last_frame) {
     whole_.HandInCounts(first_frame, last_frame);
   }

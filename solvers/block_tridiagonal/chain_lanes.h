@@ -117,11 +117,11 @@ struct LaneKernels {
                 double* workspace);
   // Solves H step = -gradient, step [frames][6][lanes], for the chains, their
   // couplings and `damping` times the chains' diagonal: conjugate gradients,
-  // preconditioned with the chains, until the residual r is `accuracy` times
-  // the gradient in the norm sqrt(r' M^-1 r), M the chains, for 100 iterations,
-  // or until H has no positive curvature along a direction. False if that is
-  // the first direction, the gradient is not finite, or the chains are not
-  // positive definite.
+  // preconditioned with the chains. Ends when the residual r is at most
+  // `accuracy` times the gradient in the norm sqrt(r' M^-1 r), M the damped
+  // chains, after 100 iterations, or at a direction along which H has no
+  // positive curvature. False if that is the first direction, the gradient is
+  // not finite, or the chains are not positive definite.
   bool (*solve_coupled)(const ChainLanes& chains, const LaneSystemRows& system,
                         const LaneCouplings& couplings, double damping,
                         double accuracy, double* workspace, double* step);

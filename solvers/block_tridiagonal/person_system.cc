@@ -155,9 +155,9 @@ class FrameInversion {
   // Lower triangle of a square, by columns.
   using Triangle = std::vector<double>;
 
-  // Number of frames whose messages are kept at a time, at least eight. The
-  // messages of later segments are recomputed from the last frame of the
-  // segment.
+  // Number of frames whose messages are kept at a time, at least eight. For a
+  // later segment only the message to its last frame is kept, from which the
+  // others are recomputed.
   size_t SegmentLength(size_t bytes) const {
     return std::max<size_t>(8,
                             bytes / (size_ * (size_ + 1) / 2 * sizeof(double)));

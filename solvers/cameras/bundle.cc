@@ -118,7 +118,7 @@ Eigen::MatrixXd GaugeRows(const CameraRig& cameras,
   return rows;
 }
 
-// r = rows * changes / sigma.
+// r = rows * changes; the caller has divided the rows by their sigma.
 class GaugeFactor final : public ceres::CostFunction {
  public:
   explicit GaugeFactor(Eigen::MatrixXd rows) : rows_(std::move(rows)) {

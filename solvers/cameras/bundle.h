@@ -111,8 +111,8 @@ class ReducedSystem {
   // `places`: the free parameters, one list per view. `state_information`:
   // information of the prior about a segment's state. `offset_sigma_m`:
   // standard deviation of the detector's constant error of one joint of one
-  // person in one view [m, per axis perpendicular to the ray]. Cameras and
-  // segments must outlive the system.
+  // person in one view [m, per axis perpendicular to the ray]; 0: no offsets.
+  // Cameras and segments must outlive the system.
   ReducedSystem(const CameraRig& cameras, const SceneSegments& segments,
                 std::vector<std::vector<int>> places,
                 const SegmentState& state_information,

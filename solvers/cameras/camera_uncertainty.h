@@ -32,10 +32,10 @@ class CameraUncertainty {
                     Eigen::MatrixXd covariance,
                     std::vector<int> detection_joint, double clock_zero_s);
 
-  // Adds to the covariances of a frame's people, which require their matches.
-  // Joints seen by fewer than two views receive the mean addition of the
-  // person's other joints; those without a covariance are skipped. To be called
-  // in the order of frames.
+  // Adds to the covariances of a frame's people, whose matches must include
+  // weights. Joints seen by fewer than two views receive the mean addition of
+  // the person's other joints; those without a covariance are skipped. To be
+  // called in the order of frames.
   void AddTo(const DetectionFrame& seen, TrackFrame* frame);
 
  private:

@@ -16,7 +16,8 @@ namespace kinegraph {
 // How well given cameras explain a recording: each segment's state is estimated
 // with them, and its residuals are summed in short time bins.
 struct FitError {
-  // Largest error of a measurement [px], also that of a joint without an image.
+  // Larger errors of a measurement count as this [px], and so does a joint
+  // without an image.
   static constexpr double kMostPx = 30.0;
   // Sums of min(|residual|, kMostPx) and counts, [view, bin].
   Eigen::ArrayXXd sum_px;
@@ -30,8 +31,8 @@ struct FitError {
   double MeanPx(int view = -1) const;  // -1: all views
 };
 
-// Column of each time bin with at least one segment, by BinOf; empty bins have
-// no column.
+// Column of each time bin with at least one segment, keyed by the bin's index
+// (BinOf); empty bins have no column.
 std::map<int64_t, Eigen::Index> FilledBins(const SceneSegments& segments);
 
 // The errors of the cameras after `changes`; each segment is solved with these.

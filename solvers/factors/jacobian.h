@@ -13,7 +13,7 @@ inline constexpr int kStateSize = 6;
 
 // Position of the joint with `state` [6] at `offset_s` after the frame's time,
 // extrapolated with constant velocity: accurate for offsets up to about a
-// frame. The only place that models clock offsets; PointJacobian is its
+// frame. Factors model clock offsets here only; PointJacobian is the
 // derivative.
 template <typename T>
 void PointAt(const T* state, double offset_s, T* point) {

@@ -40,7 +40,7 @@ SegmentEstimate RtsSmoother(const PointModel& model,
 // is divided by its weight
 //   w = (4 + 3) / (4 + e' R^-1 e + tr(R^-1 P))
 // with the smoothed position's error e and covariance P, until no weight
-// changes by more than 1e-6, or 50 times. Wrong samples lose their weight; none
+// changes by 1e-6 or more, or 50 times. Wrong samples lose their weight; none
 // is rejected.
 SegmentEstimate StudentTSmoother(const PointModel& model,
                                  const JointSegment& segment);

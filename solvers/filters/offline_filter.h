@@ -20,14 +20,14 @@ namespace kinegraph {
 // joint is bridged and inferred. A longer gap splits the signal into
 // independent segments, and the joint is missing in it, as before its first and
 // after its last sample. Bridged positions are interpolated linearly before
-// filtering; the list below states which filters use them. Where `cutoff_per`
-// is the body, a filter whose cut-off is chosen by a rule runs twice: the
-// second time all joints use the median of the chosen cut-offs, weighted by
-// number of frames.
+// filtering; the comment on the filters below states which of them use these
+// positions. Where `cutoff_per` is the body, a filter whose cut-off is chosen
+// by a rule runs twice: the second time all joints use the median of the chosen
+// cut-offs, weighted by number of frames.
 //
-// Last() is the newest initial pose and Predict() returns it unchanged, so it
-// should not be used for association. Throws OptionError for bad options;
-// Finish() passes on exceptions of `filter`.
+// Last() is the newest initial pose and Predict() returns the same positions as
+// inferred joints, so it should not be used for association. Throws OptionError
+// for bad options; Finish() passes on exceptions of `filter`.
 std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
     JointPoints points, SegmentFilter filter);
@@ -56,6 +56,7 @@ SegmentFilter CriticallyDampedFilter(const ButterworthOptions& options,
                                      CutoffPer per = CutoffPer::kJoint);
 SegmentFilter SavitzkyGolayFilter(const SavitzkyGolayOptions& options,
                                   double rate_hz);
+// Segments of fewer than degree + 2 samples are returned unchanged.
 SegmentFilter LoessFilter(const LoessOptions& options);
 SegmentFilter TrendPointFilter(const TrendOptions& options);
 // Segments of fewer than 2 m + 1 samples, m the derivative that measures

@@ -27,8 +27,8 @@ enum class CutoffPer {
 
 // How samples become signals; the same for every filter.
 struct OfflineFilterOptions {
-  // Longest time between two samples of a joint that is bridged [s]: twice
-  // graph.bridging_limit_s, which extends into a gap from both ends.
+  // Longest time between two samples of a joint that is bridged [s]: twice the
+  // default of graph.bridging_limit_s, which extends into a gap from both ends.
   double max_gap_s = 1.0;
   CutoffPer cutoff_per = CutoffPer::kJoint;
 

@@ -22,8 +22,8 @@ class PenalisedCurve {
   // are written to `derivatives`; a curve defined only at these times has none.
   virtual Samples Fit(double lambda,
                       CurveDerivatives* derivatives = nullptr) const = 0;
-  // The lambda that halves the amplitude of a wave of that frequency, in cycles
-  // per unit of time, far from the ends; and its inverse.
+  // The lambda that halves the amplitude of a wave of frequency `cutoff`, in
+  // cycles per unit of time, far from the ends; and the inverse function.
   double LambdaOf(double cutoff) const {
     return LambdaOfFrames(cutoff * step_);
   }

@@ -29,10 +29,10 @@ struct FrameRecord {
 };
 
 // Converts fresh detections into measurements. The sigma depends on confidence,
-// joint class and the depth of the person's initial centre; the information on
-// the time since the view's last measurement of the joint. Skips measurements
-// that are not finite, and views in which that centre is not more than
-// kNearestDepthM in front of the camera.
+// joint class and the depth of the person's initial centre; the information
+// depends on the time since the view's last measurement of the joint. Skips
+// measurements that are not finite, and views in which that centre is not more
+// than kNearestDepthM in front of the camera.
 class Assembler {
  public:
   // `scene` and `options` must outlive the assembler.

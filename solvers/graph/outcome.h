@@ -29,7 +29,7 @@ struct JointSupport {
   TimeNs last_time = 0;  // of the last frame with an inlier view
 };
 
-// Adds a frame with that many inlier views.
+// Adds the frame at `time`, in which the joint has `inlier_views`.
 void Extend(TimeNs time, int inlier_views, JointSupport* support);
 
 // observed: two or more inlier views; inferred: fewer, and the nearest frame

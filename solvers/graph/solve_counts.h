@@ -33,7 +33,7 @@ struct SolveCounts {
   // positive definite.
   int64_t no_covariance = 0;
 
-  // Whether no solve had any trouble.
+  // Whether there are no failures.
   bool AllWell() const;
   SolveCounts& operator+=(const SolveCounts& other);
 };
@@ -54,7 +54,8 @@ static_assert(sizeof(SolveCounts) == sizeof(int64_t) * std::size(kSolveCounts),
               "a count is missing above");
 
 // Text for users: the failures, their effect on the result and the remedy;
-// empty without failures. `where` names the frames that did not converge.
+// empty without failures. `where` names the people whose solves did not
+// converge, by their frames (SolveLedger::NotConverged).
 std::string DescribeTroubles(const SolveCounts& counts,
                              const std::string& where = "");
 
@@ -64,8 +65,8 @@ class SolveLedger {
   // Adds the counts of a person who spans the frames first .. last.
   void Add(const SolveCounts& counts, int64_t first_frame, int64_t last_frame);
   SolveCounts Total() const;
-  // Frames of up to three people with solves that did not converge: "a person
-  // in frames 0 to 99, ...".
+  // Frames of up to three people with solves that did not converge, and the
+  // number of the other such people: "a person in frames 0 to 99, one in ...".
   std::string NotConverged() const;
 
  private:

@@ -98,6 +98,8 @@ class BiasSeries {
  public:
   BiasSeries(const BiasJoints& joints, int view_count);
 
+  // Adds the sums of the frame at `time`, one per name of the joints
+  // (BiasJoints::names).
   void Add(TimeNs time, const std::vector<BiasSums>& sums);
   // `azimuth` [rad] of the camera around the body, -pi .. pi.
   void AddAzimuth(int view_idx, double azimuth);

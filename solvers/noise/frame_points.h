@@ -116,7 +116,7 @@ class FrameTriangulator {
   // The start in the frame loaded last; `found` is Load's result.
   const Start& start() const { return start_; }
   // Loads a frame again, without triangulating it unless a view was left out.
-  // `start`: of this joint and frame.
+  // `start`: what start() returned after Load() of this joint and frame.
   bool LoadAgain(const JointChain& chain, size_t k, const Start& start);
 
   const TriangulationResiduals& residuals() const { return residuals_; }

@@ -68,8 +68,9 @@ class PersonNoise {
   // same person: frame k, at times[k], has the noise of frame frame_of[k].
   void Adopt(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
              const std::vector<TimeNs>& times);
-  // After Adopt: learns the motion in frames begin .. end - 1 again, from the
-  // surrounding frames from .. to - 1; all other adopted noise is unchanged.
+  // After Adopt: learns the motion in frames `begin` .. `end` - 1 again, from
+  // frames `from` .. `to` - 1, which include them; all other adopted noise is
+  // unchanged.
   void LearnMotionAgain(const PersonProblem& recording, size_t from, size_t to,
                         size_t begin, size_t end);
 
@@ -125,7 +126,7 @@ class PersonNoise {
   CorrelationLearner correlations_;
   const MotionGroups groups_;
   ErrorCorrelation correlation_;
-  // For a whole recording.
+  // Set once the noise of a whole recording is learnt or adopted.
   std::optional<CovarianceFactorTable> covariance_factors_;
   std::vector<FilterBank> banks_;         // by joint
   std::vector<double> last_variance_m2_;  // by joint

@@ -78,7 +78,7 @@ void PersonSolver::Refine(PersonProblem* problem) {
   if (solver_ != GraphSolver::kCeres) return;
   const SolveReport report = ceres_solver_.Solve(last_stage_, problem);
   Note(report, Result::kTakenOver);
-  // From DLT, only this solve includes the bones.
+  // With graph.start = "dlt" no earlier solve has included the bones.
   if (report.finite || start_ != GraphStart::kDlt) return;
   DropBones(problem);
 }

@@ -275,8 +275,9 @@ double Spread(const Eigen::MatrixXd& covariance, Eigen::Index begin) {
 // number by time bin.
 using ViewResiduals = std::map<int64_t, std::pair<double, int>>;
 
-// Distance [sigmas] of a joint from the nearest detection of this joint in the
-// given frame of a view; nullopt if it is not detected.
+// Distance [sigmas], capped at 10, of a joint from the nearest detection of
+// this joint in the given frame of a view; nullopt if it is not detected or
+// cannot be projected into the view.
 std::optional<double> NearestOff(const Camera& camera,
                                  const MotionSegment& segment,
                                  const SegmentState& state, int view,
@@ -497,16 +498,16 @@ class RigEstimate {
         options.segments.span_s, kFrames / recording_.header.frame_rate_hz);
     options.rotation_sigma_rad = 1.0;
     options.centre_sigma_m = 10.0;
-    // Measure() multiplies the covariance by kUnmodelled. The sigmas of priors
-    // are divided by its square root in advance, so that the result has the
-    // intended sigmas.
-    const double told = human_ ? 1.0 / std::sqrt(kUnmodelled) : 1.0;
-    options.focal_sigma = told * std::max(1e-3, input_.focal_sigma);
+    // For people, Measure() multiplies the covariance by kUnmodelled. The prior
+    // sigmas of focal lengths, lenses and principal points are divided by its
+    // square root in advance, so that the result has the intended sigmas.
+    const double factor = human_ ? 1.0 / std::sqrt(kUnmodelled) : 1.0;
+    options.focal_sigma = factor * std::max(1e-3, input_.focal_sigma);
     options.offset_sigma_s = has_times_ ? kTimeSigmaS : 0.1;
     options.drift_sigma = kDriftSigma;
-    options.lens_sigma = told * kLensSigma;
+    options.lens_sigma = factor * kLensSigma;
     options.shift_sigma_px =
-        told * kShiftShare * ImageWidth(intrinsics_[result_.used[0]]);
+        factor * kShiftShare * ImageWidth(intrinsics_[result_.used[0]]);
     for (size_t v = 0; v < cameras_.size(); ++v) {
       options.focal_prior.push_back(FocalPrior(v));
     }
@@ -527,23 +528,23 @@ class RigEstimate {
 
   // Logarithm of the ratio of the given to the current focal length.
   double FocalPrior(size_t v) const {
-    const Camera& told = intrinsics_[result_.used[v]];
-    return std::log(told.focal_px() / cameras_[v].focal_px());
+    const Camera& given = intrinsics_[result_.used[v]];
+    return std::log(given.focal_px() / cameras_[v].focal_px());
   }
 
   // The current cameras with the given principal points and lenses, which are
   // the means of the priors; LensChanges() are the changes from these to the
   // current values.
   CameraRig WithGivenLenses() const {
-    CameraRig told;
+    CameraRig cameras;
     for (size_t v = 0; v < cameras_.size(); ++v) {
       const Camera& given = intrinsics_[result_.used[v]];
-      told.push_back(Edited(cameras_[v], [&](CameraParameters* camera) {
+      cameras.push_back(Edited(cameras_[v], [&](CameraParameters* camera) {
         camera->K.block<2, 1>(0, 2) = given.K().block<2, 1>(0, 2);
         camera->lens = given.lens();
       }));
     }
-    return told;
+    return cameras;
   }
   std::vector<CameraChange> LensChanges() const {
     std::vector<CameraChange> changes = NoChanges(cameras_.size());
@@ -578,15 +579,15 @@ class RigEstimate {
     free_.focal = input_.focal_sigma > 0.0;
     // Lens parameters would absorb mismatches while the matching is uncertain.
     free_.shift = free_.lens = free_.lens_k2 = clocks && !input_.lenses_known;
-    const CameraRig told = WithGivenLenses();
-    fit_ = AdjustBundle(told, segments_, free_, LensChanges(), options);
+    const CameraRig cameras = WithGivenLenses();
+    fit_ = AdjustBundle(cameras, segments_, free_, LensChanges(), options);
     if (!fit_.usable || !clocks || input_.in_step || !MoveEnough(segments_)) {
       return fit_.usable;
     }
     const FreeParameters clock = ClockParametersOf(segments_.span_s);
     options.hold_velocities = human_;
     const BundleResult late =
-        AdjustBundle(told, segments_, clock, fit_.changes, options);
+        AdjustBundle(cameras, segments_, clock, fit_.changes, options);
     if (!late.usable) return true;
     for (size_t v = 0; v < cameras_.size(); ++v) {
       if (late.Sigma(v, kOffsetAt) > kMostClockS) return true;
@@ -1401,8 +1402,9 @@ bool IsRescue(const RigResult& result) {
          result.used.size() >= kFewest;
 }
 
-// The joined views that are accurate; if the result is refused, all but the one
-// that agrees least with the others, which may spoil them.
+// The joined views that are accurate. If the result is refused: of three or
+// more joined views all but the one that agrees least with the others, which
+// may spoil them; of two both.
 std::vector<int> ViewsToKeep(const RigResult& result) {
   std::vector<int> kept = result.used;
   if (result.verdict != RigVerdict::kRefused) {

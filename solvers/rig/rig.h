@@ -68,6 +68,10 @@ struct RigView {
   std::string left_out;    // why it is left out; empty if accurate enough
 };
 
+// kCalibrated: all views of the detections are accurate, likely_right is at
+// least 0.8, and the recording does not contradict stated focal lengths.
+// kPartly: at least two views are accurate, possibly only without contradicted
+// focal lengths. kRefused: fewer are.
 enum class RigVerdict { kCalibrated, kPartly, kRefused };
 const char* ToString(RigVerdict verdict);
 
@@ -84,10 +88,10 @@ struct RigResult {
   CameraRig cameras;
   std::vector<std::vector<int>> places;
   Eigen::MatrixXd covariance;
-  bool clocks_told = false;  // whether clocks are known to less than a frame
+  bool clocks_told = false;  // whether clocks are known to fractions of a frame
   // Probability that every joined view is within 0.3 degrees and 1 % of
-  // `size_m`; halved if, for some view, another explanation fits nearly as
-  // well.
+  // `size_m` of its true pose; halved if, for some view, another explanation
+  // fits nearly as well.
   double likely_right = 0.0;
   double likely_by_lenses = 0.0;  // the same given exact lenses
   // Describes focal lengths whose estimates differ from the stated values;
@@ -99,6 +103,7 @@ struct RigResult {
   DetectionSequence recording;
 };
 
+// Throws InputError if more than a million frames are missing.
 RigResult EstimateRig(const RigInput& input);
 
 }  // namespace kinegraph

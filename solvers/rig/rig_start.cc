@@ -145,8 +145,8 @@ class Joiner {
 
   bool Joined(int view) const { return joined_[view] != 0; }
 
-  // The best pair (PairFit::lead) of which exactly one view is joined, with
-  // this view first.
+  // The best pair (PairFit::lead) among those with enough evidence and exactly
+  // one joined view, with this view first.
   std::optional<PairFit> NextEdge() const {
     const PairFit* best = nullptr;
     for (const PairFit& pair : pairs_) {

@@ -13,8 +13,8 @@
 namespace kinegraph {
 
 // Joints in normalised image coordinates (x / z, y / z in the camera's frame,
-// lens distortion removed), one per column; NaN if a joint was not found or its
-// confidence is below kMinJointConfidence.
+// lens distortion removed), one per column; NaN if a joint was not found, its
+// confidence is below kMinJointConfidence, or its pixel cannot be undistorted.
 using NormalisedJoints = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
 struct ViewTracklet {

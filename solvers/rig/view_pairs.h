@@ -16,7 +16,7 @@ struct PairSearchOptions {
   double longest_lag_s = 10.0;
   // Standard deviation of the logarithm of the focal lengths; 0: exact.
   double focal_sigma = 0.0;
-  // Later attempts use other random draws, and more of them.
+  // Later attempts use other random draws, and more draws and lags.
   int attempt = 0;
 };
 
@@ -32,9 +32,9 @@ struct PairFit {
   int lag = 0;  // frame k of view a is simultaneous with k + lag of view b
   RelativePose pose;
   std::vector<TrackletMatch> matches;
-  // Duration [s] of the matched people times their gain, on joints and frames
-  // that were held out of the fit, minus the gain of unrelated joints by
-  // chance.
+  // Sum over the matches of their duration [s] times the excess of their gain,
+  // on joints and frames that were held out of the fit, over the gain of
+  // unrelated joints by chance.
   double evidence = 0.0;
   // The evidence of the best different explanation, i.e. with a lag that
   // differs by more than 0.25 s or a rotation that differs by more than 20
@@ -53,8 +53,8 @@ struct PairFit {
   bool is_undecided() const { return rival >= 0.8 * evidence; }
   // Whether another pose at this lag, with people exchanged, explains nearly as
   // much. In simulated rooms that pose has typically a tenth of the evidence
-  // and at most 0.6 to 0.7 of it, for two people who do the same face to face
-  // 0.7 and more.
+  // and at most 0.6 to 0.7 of it; for two people who do the same face to face
+  // it has 0.7 and more.
   bool is_pose_undecided() const { return rival_pose >= 0.67 * evidence; }
 };
 
@@ -65,7 +65,8 @@ PairFit SearchViewPair(const std::vector<ViewTracklet>& tracklets,
                        const PairSearchOptions& options);
 
 // Refits the pose to the common points of the matches, at the focal lengths of
-// the tracklets' normalised coordinates.
+// the tracklets' normalised coordinates, i.e. with a magnification of 1. With
+// fewer than 16 points only the magnification is set.
 void RefitPose(const std::vector<ViewTracklet>& tracklets, PairFit* pair);
 
 }  // namespace kinegraph

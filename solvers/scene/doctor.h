@@ -73,6 +73,8 @@ inline constexpr char kRefineClocks[] = "--set=cameras.refine_clock=true";
 inline constexpr char kCalibrateAnew[] =
     "kinegraph calibrate RECORDING --out=cameras.json";
 
+// kSuspect: there is a significant finding. Otherwise kSound, or kNotExamined
+// if too few people or matches were found to examine the set-up.
 enum class DoctorVerdict { kSound, kSuspect, kNotExamined };
 const char* ToString(DoctorVerdict verdict);
 

@@ -216,9 +216,9 @@ std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
 // ---- Views with one calibration ----
 
 // Two views with the same calibration: of the two, the one that agrees less
-// with the remaining views was given the calibration of the other one. It is
-// excluded from the hypotheses that follow, which would otherwise compensate
-// with a clock or a rotation.
+// with the remaining views was given the calibration of the other one. That
+// view is excluded from the hypotheses that follow, which would otherwise
+// compensate with a clock or a rotation.
 std::optional<Answer> AskForTwins(const SetUp& set_up) {
   const auto alike = [&](size_t a, size_t b) {
     const Camera& one = set_up.cameras[a];

@@ -61,7 +61,8 @@ const std::vector<PoseReading>& PoseReadings() {
 struct ImageReading {
   const char* words;
   std::array<double, 4> turn;  // by rows
-  // Whether the offset is the index of the last column (x) or row (y), or 0.
+  // Whether the offset is the index of the last column (x) or row (y); else it
+  // is 0.
   std::array<bool, 2> from_ends;
   ImageTurn lens;        // rotates the lens; unused if `turn` is the identity
   char mirrored = '\0';  // the axis whose pixels count from the end

@@ -30,12 +30,14 @@ struct ViewPeople {
   std::vector<std::vector<Person>> frames;  // [frame][person]
 };
 
-// In raw pixels, with joints of at least kMinJointConfidence; people with fewer
-// than six such joints (all, for smaller skeletons) are ignored. Keeps at most
-// a hundred people per image, those with the most joints.
+// The people of each view in raw pixels, with joints of at least
+// kMinJointConfidence; people with fewer than six such joints (all, for smaller
+// skeletons) are ignored. Keeps at most a hundred people per image, those with
+// the most joints.
 std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections);
 
-// In ideal pixels, undistorted by each view's camera.
+// The people in ideal pixels: undistorted by the view's camera. Joints that
+// cannot be undistorted become not found.
 ViewPeople Undistorted(ViewPeople view, const Camera& camera);
 std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
                                     const CameraRig& cameras);

@@ -597,7 +597,7 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
 // A video scaled or cropped before detection.
 std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   if (set_up.AgreeAlready()) return std::nullopt;
-  // Of the people's size; detectors' errors are smaller.
+  // Fraction of the people's size; detectors' errors are smaller.
   constexpr double kLeastShift = 0.15;
   const auto image = FindOtherImage(set_up, kLeastShift);
   if (!image.has_value()) return std::nullopt;

@@ -115,8 +115,8 @@ class WindowEstimator final : public Estimator {
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
   size_t newest() const { return records_.size() - 1; }
-  // After solve_every_ frames, or after their duration where frames are
-  // missing.
+  // Whether a solve is due: after solve_every_ frames, or after their duration
+  // where frames are missing.
   bool IsDue() const {
     if (unsolved_ >= solve_every_) return true;
     const double frames = static_cast<double>(solve_every_) - 0.5;

@@ -13,12 +13,13 @@ namespace kinegraph {
 
 // Every Add runs the whole schedule (MakeSchedule) on the window; from 120
 // frames per second on only every second, third, ... Add does, at least 60
-// times per second. A frame becomes final when it is graph.lag_s older than the
-// newest, or will be before the next solve; it is marginalised into a prior on
-// its successor when the next frame arrives. Memory does not grow with the
-// length of the track. Last() is the estimate at the newest solved frame with a
-// measurement. Throws OptionError for bad options. `notes` are shared with the
-// other people of the run; null: separate notes.
+// times per second and once per graph.lag_s. A frame becomes final when it is
+// graph.lag_s older than the newest, or will be before the next solve; it is
+// marginalised into a prior on its successor when the next frame arrives.
+// Memory does not grow with the length of the track. Last() is the estimate at
+// the newest solved frame in which a view was matched. Throws OptionError for
+// bad options. `notes` are shared with the other people of the run; null:
+// separate notes.
 std::unique_ptr<Estimator> MakeWindowEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<RecordingNotes> notes = nullptr);
