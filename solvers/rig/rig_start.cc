@@ -203,16 +203,16 @@ class Joiner {
   }
 
   double LengthOf(const PairFit& edge) {
-    if (body_ == 0.0) {
+    if (std::count(joined_.begin(), joined_.end(), 1) == 1) {
       body_ = BodyOf(tracklets_, edge, bones_);
-      return 1.0;
+      return 1.0;  // the first edge is the rig's unit of length
     }
     const std::vector<double> lengths = LengthsByDepth(edge);
     constexpr size_t kLeast = 40;
     if (lengths.size() >= kLeast) return std::exp(Median(lengths));
     // Too few joints are seen by three views: assumes the same body size.
     const double body = BodyOf(tracklets_, edge, bones_);
-    return body > 0.0 ? body_ / body : 1.0;
+    return body > 0.0 && body_ > 0.0 ? body_ / body : 1.0;
   }
 
   void Join(const PairFit& edge) {
@@ -233,7 +233,7 @@ class Joiner {
   std::vector<char> joined_;
   std::vector<int> lags_;
   std::vector<Pose> poses_;
-  double body_ = 0.0;  // BodyOf in the rig's unit of length
+  double body_ = 0.0;  // BodyOf in the rig's unit of length; 0: unknown
   double evidence_ = 0.0;
 };
 

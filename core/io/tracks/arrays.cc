@@ -130,7 +130,9 @@ class NpzTrackReader {
     RequireSize("times", times_s.size(), frames_);
     for (size_t f = 0; f < frames_; ++f) {
       if (std::isnan(times_s[f])) continue;
-      if (std::abs(times_s[f]) > 1e9) file_.Fail("times", "exceeds 1e9 s");
+      if (std::abs(times_s[f]) > kMaxTime_s) {
+        file_.Fail("times", "exceeds 4.6e9 s");
+      }
       collector->Touch(numbers_[f])->time = FromSeconds(times_s[f]);
     }
   }

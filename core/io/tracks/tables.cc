@@ -13,6 +13,7 @@
 #include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/data/checks.h"
 #include "core/data/limits.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/files/atomic_file.h"
@@ -144,12 +145,8 @@ class CsvTrackReader {
       if (column_[kViews]) person_->inlier_views.resize(seen_.size());
       if (column_[kCovariance]) person_->covariances.resize(seen_.size());
       if (!cell(kTime).empty()) {
-        const double time_s = Finite(cell(kTime), kTime);
-        constexpr double kMaxSeconds = 1e9;
-        if (std::abs(time_s) > kMaxSeconds) {
-          throw InputError("time_s: exceeds 1e9 s");
-        }
-        collector->Touch(frame)->time = FromSeconds(time_s);
+        collector->Touch(frame)->time =
+            CheckedTime(Finite(cell(kTime), kTime), "time_s");
       }
     }
     // By label: the skeleton has the joints in the order of the labels, but may

@@ -178,7 +178,7 @@ void ReadRows(const TrcHeader& header, TrackId id, const AxisMap& axes,
              2 + 3 * header.markers.size());
     }
     const std::optional<double> time_s = NumberOf(cells[1]);
-    if (!time_s.has_value() || std::abs(*time_s) > 1e9) {
+    if (!time_s.has_value() || std::abs(*time_s) > kMaxTime_s) {
       throw InputError("Time: expected seconds");
     }
     if (row == 0) {

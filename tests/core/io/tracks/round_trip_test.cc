@@ -130,6 +130,24 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- Peculiarities of individual formats
 
+TEST(TrackExport, TimesSince1970AreReadBack) {
+  TrackSequence tracks = RandomTracks(Coco17());
+  const TimeNs shift = FromSeconds(1'764'000'000.0);  // 24 November 2025
+  for (TrackFrame& frame : tracks.frames) frame.time = frame.time + shift;
+  for (const char* format : {"csv", "npz"}) {
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "result";
+    WriteAs(format, path, tracks);
+    const TrackSequence again = ReadTracks(path, {});
+    const auto& expected = tracks.frames.back();
+    ASSERT_FALSE(expected.people.empty());
+    EXPECT_EQ(again.frames.back().frame, expected.frame) << format;
+    // A double of 1.8e9 s has a resolution of 2.4e-7 s.
+    EXPECT_NEAR(ToSeconds(again.frames.back().time - expected.time), 0.0, 3e-7)
+        << format;
+  }
+}
+
 // kinegraph's own files state the time 0 if times are unknown.
 TEST(TracksKinegraph, TimesFollowARateGivenLater) {
   const TrackSequence timed = RandomTracks(Coco17());
