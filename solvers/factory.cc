@@ -61,8 +61,10 @@ EstimatorPair MakeEstimators(const EstimatorOptions& options) {
   const bool same = feedback == options.output;  // one estimator in both roles
   EstimatorPair pair;
   pair.notes = std::make_shared<RecordingNotes>(options.graph);
-  // `pair.notes` are those of the estimator whose poses are written. A feedback
-  // estimator of another kind gets none: each of its people learns alone.
+  // New notes for every pair: people of different runs must not learn from each
+  // other. `pair.notes` are those of the estimator whose poses are written; a
+  // feedback estimator of another kind gets none, and each of its people learns
+  // alone.
   pair.feedback =
       SmootherOf(feedback).make(options, same ? pair.notes : nullptr);
   if (!same) pair.output = MakeOutput(options.output, options, pair.notes);

@@ -408,6 +408,7 @@ BundleResult AdjustBundle(const CameraRig& cameras,
                    kGaugeSigma);
   result.covariance = reduced.Covariance();
   result.largest_correlation = reduced.LargestCorrelation();
+  result.samples_at_once = std::max(1.0, reduced.SamplesAtOnce());
   return result;
 }
 
@@ -563,21 +564,29 @@ Eigen::MatrixXd ReducedSystem::Covariance() const {
          root.transpose();
 }
 
-Eigen::MatrixXd ReducedSystem::ScoreVariance() const {
+Eigen::MatrixXd ReducedSystem::BlockVariance() const {
   Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(size_, size_);
   for (const auto& [block, score] : scores_) {
     variance += score * score.transpose();
   }
   const auto blocks = static_cast<double>(scores_.size());
-  variance *= blocks / std::max(1.0, blocks - 1.0);
+  return blocks / std::max(1.0, blocks - 1.0) * variance;
+}
+
+double ReducedSystem::SamplesAtOnce() const {
+  if (size_ == 0) return 1.0;
+  const Eigen::MatrixXd inverse = Inverse();
+  return (inverse * BlockVariance()).trace() /
+         std::max(1e-300, (inverse * measured_).trace());
+}
+
+Eigen::MatrixXd ReducedSystem::ScoreVariance() const {
   // Shrinkage towards a multiple of the measurements' information, which counts
   // as many blocks as there are parameters: the mean under an inverse Wishart
   // prior. In units of the inverse information both have the same trace.
-  const Eigen::MatrixXd inverse = Inverse();
-  const double times = (inverse * variance).trace() /
-                       std::max(1e-300, (inverse * measured_).trace());
+  const auto blocks = static_cast<double>(scores_.size());
   const auto parameters = static_cast<double>(size_);
-  return (blocks * variance + parameters * times * measured_) /
+  return (blocks * BlockVariance() + parameters * SamplesAtOnce() * measured_) /
          (blocks + parameters);
 }
 

@@ -68,6 +68,8 @@ struct BundleResult {
   // Largest correlation of a clock parameter with a camera parameter, by the
   // inverse information; 0 unless both are free.
   double largest_correlation = 0.0;
+  // ReducedSystem::SamplesAtOnce, at least 1; 1 without covariance.
+  double samples_at_once = 1.0;
 
   // Standard deviation of a view's parameter; 0 if it was not estimated.
   double Sigma(size_t view, int place) const;
@@ -129,8 +131,8 @@ class ReducedSystem {
   // To be called after the last Add, at the minimum. Eliminates the detector's
   // offsets, whose actual variance it estimates for the scores' covariance, and
   // adds the calibration's priors, multiplied by `samples_at_once` except for
-  // clocks, and the constraints of `gauge`: its rows times the
-  // stacked changes are zero with standard deviation `gauge_sigma`.
+  // clocks, and the constraints of `gauge`: its rows times the stacked changes
+  // are zero with standard deviation `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, double samples_at_once,
                 const Eigen::MatrixXd& gauge, double gauge_sigma);
 
@@ -144,13 +146,19 @@ class ReducedSystem {
   // parameters. Empty if nothing is free.
   Eigen::MatrixXd Covariance() const;
 
+  // Number of correlated samples per independent sample: the variance of the
+  // blocks' scores in units of the information.
+  double SamplesAtOnce() const;
+
   // Largest correlation of a clock parameter with a camera parameter, by the
   // inverse information; 0 unless both are free.
   double LargestCorrelation() const;
 
  private:
   Eigen::MatrixXd Inverse() const;
-  Eigen::MatrixXd ScoreVariance() const;  // of the sum over blocks
+  // Covariance of the sum of the scores, from blocks of time.
+  Eigen::MatrixXd BlockVariance() const;
+  Eigen::MatrixXd ScoreVariance() const;  // the same, shrunk
   // Terms of one person's joint that involve its offsets in all views.
   struct Offsets {
     Eigen::MatrixXd cross;        // with the free parameters

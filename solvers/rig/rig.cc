@@ -36,8 +36,9 @@ namespace {
 constexpr double kStatureM = 1.7;
 // Standard deviation [m], per axis, of a detector's persistent error of one
 // joint of one person in one view, for people 1.7 m tall. For OpenPose's joints
-// the median distance, 1.18 sigma, is 6 to 14 mm. Only the weights depend on
-// it: the covariance has the recording's own (ReducedSystem::AddPrior).
+// the median distance, 1.18 sigma, is 6 to 14 mm. For larger
+// errors only the weights depend on it: the covariance has the recording's own
+// (ReducedSystem::AddPrior).
 constexpr double kLastingOffsetM = 0.007;
 // For people, factor on the fit's variances, which assume independent motion
 // segments with equal noise; accounts for outliers, heavy tails and occluded
@@ -515,15 +516,11 @@ class RigEstimate {
       options.lasting_offset_m = kLastingOffsetM;
       options.segments.tapered = true;
     }
+    // If priors were not balanced with people's persistent errors, lenses would
+    // absorb these.
+    options.samples_at_once = samples_at_once_;
     options.max_iterations = kFitIterations;
     return options;
-  }
-
-  // `options` for the current segments of people, whose detection errors
-  // persist: a second of a joint in a view is one sample, and if priors were
-  // not balanced with that, lenses would absorb these errors.
-  BundleOptions Balanced(const BundleOptions& options) const {
-    return human_ ? WithLastingErrors(options, segments_) : options;
   }
 
   // Logarithm of the ratio of the given to the current focal length.
@@ -573,7 +570,6 @@ class RigEstimate {
     BundleOptions options = Options(max_segments);
     if (max_segments == kFewSegments) options.max_iterations = kRoundIterations;
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
-    options = Balanced(options);
     free_ = FreeParameters();
     free_.rotation = free_.centre = true;
     free_.focal = input_.focal_sigma > 0.0;
@@ -581,6 +577,7 @@ class RigEstimate {
     free_.shift = free_.lens = free_.lens_k2 = clocks && !input_.lenses_known;
     const CameraRig cameras = WithGivenLenses();
     fit_ = AdjustBundle(cameras, segments_, free_, LensChanges(), options);
+    if (fit_.usable && human_) samples_at_once_ = fit_.samples_at_once;
     if (!fit_.usable || !clocks || input_.in_step || !MoveEnough(segments_)) {
       return fit_.usable;
     }
@@ -602,7 +599,6 @@ class RigEstimate {
   bool Measure(int max_segments) {
     BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
-    options = Balanced(options);
     options.hold_cameras = true;
     fit_ = AdjustBundle(WithGivenLenses(), segments_, free_, LensChanges(),
                         options);
@@ -769,7 +765,7 @@ class RigEstimate {
     std::vector<double> left_out_px;
   };
   Halves HalvesOf(Halving halving) const {
-    BundleOptions options = Balanced(Options(1500));
+    BundleOptions options = Options(1500);
     options.wants_covariance = false;
     FreeParameters free = free_;
     free.offset = free.drift = false;
@@ -933,7 +929,7 @@ class RigEstimate {
   // differ from the stated values; empty if all agree.
   std::string OtherFocal() const {
     if (!input_.focal_stated || cameras_.size() < 3) return "";
-    BundleOptions options = Balanced(Options(0));
+    BundleOptions options = Options(0);
     options.focal_sigma = kFocalUnknown;
     FreeParameters free = free_;
     free.focal = true;
@@ -1346,6 +1342,7 @@ class RigEstimate {
   SceneSegments segments_;
   FreeParameters free_;
   BundleResult fit_;
+  double samples_at_once_ = 1.0;  // of the last fit
 };
 
 }  // namespace

@@ -148,8 +148,8 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
 // that trim a recording keep the times, but renumber rows and
 // OrigDataStartFrame from 0 or 1. A tolerance of a quarter of a frame permits
 // rounded times and rates. If the times restart as well, at 0 or, as in
-// Pose2Sim, after one frame, or are negative or between frames, the frame is
-// OrigDataStartFrame. This number is 0-based in files of kinegraph and
+// Pose2Sim, after one frame, or are negative, between frames or since 1970, the
+// frame is OrigDataStartFrame. This number is 0-based in files of kinegraph and
 // Pose2Sim, but 1-based in laboratories' files, so that a start of 1 with a
 // time of 0 is frame 0.
 int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
@@ -157,8 +157,9 @@ int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
   const double nearest = std::round(by_time);
   const auto start = static_cast<double>(header.first_frame);
   if (std::abs(by_time - start) < 0.75) return header.first_frame;
+  constexpr double kMostSinceStart_s = 1e9;  // more: seconds since 1970
   if (std::abs(by_time - nearest) > 0.25 || nearest < 0.0 ||
-      nearest > static_cast<double>(kMaxFrame)) {
+      time_s > kMostSinceStart_s || nearest > static_cast<double>(kMaxFrame)) {
     return header.first_frame;
   }
   const bool begins_anew =

@@ -134,7 +134,7 @@ TEST(TrackExport, TimesSince1970AreReadBack) {
   TrackSequence tracks = RandomTracks(Coco17());
   const TimeNs shift = FromSeconds(1'764'000'000.0);  // 24 November 2025
   for (TrackFrame& frame : tracks.frames) frame.time = frame.time + shift;
-  for (const char* format : {"csv", "npz"}) {
+  for (const char* format : {"csv", "npz", "trc"}) {
     const TemporaryFolder folder;
     const std::string path = folder.path() / "result";
     WriteAs(format, path, tracks);
