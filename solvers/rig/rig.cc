@@ -36,8 +36,8 @@ namespace {
 constexpr double kStatureM = 1.7;
 // Standard deviation [m], per axis, of a detector's persistent error of one
 // joint of one person in one view, for people 1.7 m tall. For OpenPose's joints
-// the median distance, 1.18 sigma, is 6 to 14 mm. For larger
-// errors only the weights depend on it: the covariance has the recording's own
+// the median distance, 1.18 sigma, is 6 to 14 mm. For larger errors only the
+// weights depend on it: the covariance has the recording's own
 // (ReducedSystem::AddPrior).
 constexpr double kLastingOffsetM = 0.007;
 // For people, factor on the fit's variances, which assume independent motion
