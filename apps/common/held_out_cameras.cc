@@ -177,7 +177,8 @@ HeldOutRun RunOf(const HeldOutInput& input, int view) {
   return run;
 }
 
-// The bias learnt in `fold` only, applied in a run over all frames.
+// The bias learnt in `fold` only, applied in a run over all requested
+// frames.
 HeldOutRun RunWithBiasOf(const HeldOutInput& input, const FrameRange& fold,
                          int view) {
   HeldOutRun run;

@@ -20,7 +20,7 @@ constexpr double kMostMissing = 0.2;
 constexpr double kGateM = 0.25;
 // Limit of error / attainable error of the tested estimates, which lack one
 // camera. Of the joints above it, 99 % exceed 1.25 with all cameras
-// (SmoothingBalance::is_excessive): compare.md reports "by a quarter".
+// (SmoothingBalance::is_excessive).
 constexpr double kExcess = 1.35;
 constexpr int64_t kFewest = 4;  // segments
 

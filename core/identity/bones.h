@@ -33,7 +33,8 @@ class BoneModel {
   // shoulder to hip; of a skeleton of up to three joints all.
   explicit BoneModel(const Skeleton& skeleton);
 
-  // From the clean frames, using only joints observed by two views.
+  // From the frames outside of contacts (Tracklet::clean_begin; all if there
+  // are none), using only joints observed by two views.
   BoneSamples Measure(const Tracklet& tracklet) const;
   // Learns from all tracklets how much the samples of one person differ.
   void Learn(const std::vector<BoneSamples>& tracklets);

@@ -127,9 +127,10 @@ namespace {
 // The longest time for which a person is followed back from the first frame of
 // a run.
 constexpr TimeNs kLongestBack = 2'000'000'000;  // 2 s
-// At the end of a track that only one view sees, the root mean square of the
-// joints' standard deviations per axis must be below this: a third of the
-// distance at which two people pass each other.
+// Frames beyond the end of a track that only one view sees, without later ones
+// that two views see, are written as long as the root mean square of the
+// joints' standard deviations per axis is below this: a third of the distance
+// at which two people pass each other.
 constexpr double kSureSigma = 0.15;  // m
 
 bool IsSure(const PersonPose& person) {

@@ -480,7 +480,8 @@ class ChainGroup {
   }
 
   // Computes steps and candidates. Lanes that are not `usable` keep their
-  // states and their last step. Returns the largest movement of a position [m].
+  // states and their last step. Returns the largest change of a coordinate of a
+  // position [m].
   T FindStep(const Mask<T>& usable) {
     for (int k = frames_; k-- > 0;) {
       T r[6];

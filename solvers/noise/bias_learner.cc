@@ -32,7 +32,8 @@ int64_t FloorDivide(TimeNs time, TimeNs step) {
   return time >= 0 ? time / step : -((-time + step - 1) / step);
 }
 
-// Adds a view to the sums of its joint, except for a shift of its images.
+// Adds a view to the sums of its joint, except for the terms of a shift of its
+// images (AddShift).
 void AddView(const BiasView& view, double independent, BiasSums* sums) {
   const auto& features = view.direction.features;
   const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;

@@ -129,8 +129,9 @@ class BiasSeries {
   static constexpr size_t kMostBlocks = 32;
   static constexpr int kSectors = 24;
   void JoinNeighbours();
-  // For each camera that has seen people, the number of sectors of azimuth that
-  // contain more than a tenth of a sector's mean count; each of weight 1.
+  // For each camera that saw a joint together with another view, the number of
+  // sectors of azimuth that contain more than a tenth of a sector's mean count;
+  // each of weight 1.
   std::vector<WeightedValue> SectorsSeen() const;
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 

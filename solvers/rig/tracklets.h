@@ -44,8 +44,9 @@ inline bool Overlap(const ViewTracklet& x, const ViewTracklet& y) {
 std::vector<int> RigJoints(const Skeleton& skeleton);
 
 // Tracklets of at least one second and ten detections, view by view. A
-// detection continues the tracklet that is clearly nearest; tracklets that
-// compete for a detection end. `cameras`: intrinsics, one per view.
+// detection continues a tracklet within reach if each is clearly nearest to the
+// other; else it begins one. A tracklet within reach of a detection ends if no
+// detection continues it. `cameras`: intrinsics, one per view.
 std::vector<ViewTracklet> FollowInViews(const CameraRig& cameras,
                                         const DetectionSequence& detections,
                                         const std::vector<int>& joints);

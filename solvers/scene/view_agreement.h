@@ -124,7 +124,8 @@ struct AgreementGain {
 // Two views at several lags: frame k of `a` is compared with frame k + lag of
 // `b`; both hold ideal pixels of the cameras. A pair of people gains the mean
 // over common joints of max(0, 1 - d / 0.1), d the distance from the epipolar
-// lines over the person's size; zero if the person would be behind a camera.
+// lines over the person's size; zero if fewer than six joints (of smaller
+// skeletons, not all) are common or if the person would be behind a camera.
 // Pairs are matched greedily.
 std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
                                         const ViewPeople& a,
@@ -147,9 +148,9 @@ double ComparisonsOfAll(const std::vector<ViewPeople>& views,
                         const std::vector<int>& frames);
 
 // Frames to examine: up to `count`, evenly spaced among those in which two or
-// more views see people. Fewer, but at least two, if comparing all pairs of
-// views `repeats` times would need more than about four million comparisons of
-// two people, which take a tenth of a second.
+// more views see people. Fewer, but at least two, if comparing ComparedPairs
+// `repeats` times would need more than about four million comparisons of two
+// people, which take a tenth of a second.
 std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views, int count,
                                 int repeats = 1);
 

@@ -71,9 +71,11 @@ double TypicalHeight(const std::vector<PersonReport>& people);
 // the range, as flags joined by " or "; empty if there are none.
 std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
-// Adds the findings of the doctor, which does not track here, and implausible
-// results of the run. If a finding explains them, implausible results and
-// RecordingReport::cameras_off are omitted.
+// Adds the significant findings of the doctor (made without
+// DoctorInput::match, so without examinations that need matches) and warnings
+// of implausible results of the run. If a finding of confidence above 0.5 has a
+// fix other than a full run of the doctor, RecordingReport::cameras_off and the
+// warnings whose only fix is such a run are omitted.
 void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
                  RecordingReport* report);
 

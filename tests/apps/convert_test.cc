@@ -276,9 +276,9 @@ TEST(Convert, NotesRotatedWorldsAndTheUpDirection) {
               stands);
 }
 
-// Tracks in formats without stated axes are rotated on reading: a rotation by
-// 90 degrees about x and its inverse cancel.
-TEST(Convert, AxesRotateTracksOfAnyFormat) {
+// If neither format has axes of its own, tracks are rotated on reading: a
+// rotation by 90 degrees about x and its inverse cancel.
+TEST(Convert, AxesRotateTracksIfNeitherFormatHasAxes) {
   const TemporaryFolder folder;
   const std::string tracks = folder.path() / "take.jsonl";
   TrackSequence walk = testing::Walk();
@@ -410,7 +410,8 @@ TEST(Convert, ChoosesMarkerNamesAndPerson) {
     ASSERT_EQ(back.frames.at(0).people.size(), 1u);
     EXPECT_NEAR(back.frames[0].people[0].joints[0].position_m.x(), 8.0, 1e-12);
   }
-  // Both people make a folder; --person=ID selects one.
+  // Without --person the result is a folder with a file per person; with it,
+  // only that person is written.
   Converted("--to=trc --in=" + tracks +
             " --out=" + (folder.path() / "both").string());
   const std::string csv = folder.path() / "one.csv";

@@ -42,8 +42,9 @@ inline void ExpectMarginalisationKeepsCovariances(double correction,
     for (size_t j = 0; j < after.size(); ++j) {
       for (size_t k = 0; k < after[j].size(); ++k) {
         const Matrix6d& expected = before[j][k + dropped];
-        // Normal equations lose half of the sixteen digits; the ratio of the
-        // information of positions to that of velocities is below 1e3.
+        // A bound, not derived: normal equations lose half of the sixteen
+        // digits, and some more because the information of positions is up to
+        // 1e3 times that of velocities.
         EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
             << dropped << " " << j << " " << k;
       }

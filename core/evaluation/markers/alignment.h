@@ -93,8 +93,9 @@ struct AlignRequest {
 // joints. The worlds are aligned by a rigid motion: least squares with Huber's
 // loss at one and a half median residuals.
 //
-// `truth` has one person. `is_centre`, one per joint of the truth: the world is
-// fitted to these if at least three are common to both. Throws InputError,
+// `truth` has one person. `is_centre`, one per joint of the truth: whether
+// markers enclose the joint's centre; the world is fitted to these joints if at
+// least three are common to both, else to all common joints. Throws InputError,
 // which does not name the file, when a person is missing or the truth has
 // several, when no joint is common to both, when there is no motion or the
 // motions do not agree, when the times do not overlap (if the clocks are not

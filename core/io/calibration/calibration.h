@@ -28,9 +28,9 @@ struct CameraReadOptions {
   std::string format = "auto";  // or a name of CalibrationFormatNames()
   // Unit of lengths in the file. kAuto: the one that the file or its format
   // specifies (CalibrationFile), otherwise the format's usual one: mm for
-  // VoxelPose, OpenCap and bioCV, and for pose2sim (TOML) if the squares of the
-  // calibration board are larger than 1; cm for longcw and Panoptic; m for
-  // others.
+  // VoxelPose, OpenCap and bioCV, and for pose2sim (TOML) if the stated side of
+  // the calibration board's squares is above 1 (users give it in mm or leave it
+  // at 1); cm for longcw and Panoptic; m for others.
   LengthUnit unit = LengthUnit::kAuto;
   std::vector<double> image_size;  // px: width, height; empty: the file's
   bool ignore_distortion = false;

@@ -313,7 +313,8 @@ class KinegraphTrackReader {
                     TrackHeader* header) {
     AsObject(value, key);
     header->config_json = RawObject(lines_.line(), key);
-    if (CompactObject(header->config_json).empty()) {  // NaN is read as null
+    // NaN in the line is not valid JSON; in `value` it is already null.
+    if (CompactObject(header->config_json).empty()) {
       header->config_json = simdjson::minify(value);
     }
   }

@@ -104,7 +104,7 @@ class CompareWithMarkers : public testing::CommandTest {
   const SyntheticRecording recording_;
 };
 
-TEST_F(CompareWithMarkers, RanksLikeTheSyntheticTruth) {
+TEST_F(CompareWithMarkers, ErrorsAreIndependentOfTheMarkersClockAndWorld) {
   const auto [dlt_mm, batch_mm] = Run("--markers='" + Markers() + "'");
   EXPECT_LT(batch_mm, dlt_mm);
   // The same markers on the cameras' clock and in their world frame: results

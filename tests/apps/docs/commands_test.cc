@@ -115,8 +115,9 @@ bool SaysTheSame(const std::string& shown, const std::string& printed) {
   return true;
 }
 
-// The first line of `shown` that is missing in `printed`, in order; empty if
-// there is none. A line "..." matches any lines.
+// The first line of `shown` that is missing in `printed`, in order; "(the end)"
+// if lines of `printed` remain after the last; empty if all match. A line "..."
+// matches any lines.
 std::string NotPrinted(const std::string& shown, const std::string& printed) {
   // On a busy machine a progress line is printed every half minute.
   static const std::regex kProgress(".*[0-9]/[0-9]+ .* left\\s*");

@@ -67,6 +67,7 @@ TEST_F(ChunksTest, EveryFrameIsInOneChunk) {
     EXPECT_EQ(next, 750u);
   }
   EXPECT_EQ(MakeChunks(problem_, 0.0).size(), 1u);
+  // The recording lasts 29.96 s, and a chunk at least 10 s.
   EXPECT_EQ(MakeChunks(problem_, 10.0).size(), 2u);
   EXPECT_TRUE(MakeChunks(PersonProblem(), 10.0).empty());
 }
