@@ -157,9 +157,9 @@ int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
   const double nearest = std::round(by_time);
   const auto start = static_cast<double>(header.first_frame);
   if (std::abs(by_time - start) < 0.75) return header.first_frame;
-  constexpr double kMostSinceStart_s = 1e9;  // more: seconds since 1970
+  constexpr double kMostSinceStartS = 1e9;  // more: seconds since 1970
   if (std::abs(by_time - nearest) > 0.25 || nearest < 0.0 ||
-      time_s > kMostSinceStart_s || nearest > static_cast<double>(kMaxFrame)) {
+      time_s > kMostSinceStartS || nearest > static_cast<double>(kMaxFrame)) {
     return header.first_frame;
   }
   const bool begins_anew =
