@@ -18,7 +18,8 @@
 //
 //   rig_accuracy compare TRUTH FOUND [ALIGNED]
 //
-// Prints these errors for two calibrations, by camera. ALIGNED: writes the
+// Prints these errors for two calibrations, by camera, and the normalised
+// squared errors if FOUND has their covariance. ALIGNED: writes the
 // found calibration in the world of the true one, for scoring tracks against
 // the truth.
 #include <Eigen/Eigenvalues>
@@ -38,6 +39,7 @@
 #include "core/evaluation/mpjpe.h"
 #include "core/geometry/lens.h"
 #include "core/io/calibration/calibration.h"
+#include "core/io/configuration/refinement_record.h"
 #include "core/io/tracks/tracks.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/recorded_people.h"
@@ -128,6 +130,84 @@ CameraRig Aligned(const CameraRig& truth, const CameraRig& found) {
   return aligned;
 }
 
+constexpr double kChiSquare95 = 7.815;  // 95 %, three degrees of freedom
+
+// Squared error, normalised by the stated covariance. `floor`: standard
+// deviation added for rounding and for what the similarity absorbs.
+double Squared(const Eigen::Vector3d& error, Eigen::Matrix3d covariance,
+               double floor) {
+  covariance.diagonal().array() += floor * floor;
+  return error.dot(covariance.ldlt().solve(error));
+}
+double SquaredRotation(const CameraError& error,
+                       const Eigen::MatrixXd& covariance, Eigen::Index at) {
+  return Squared(error.rotation_rad, covariance.block<3, 3>(at, at), 2e-4);
+}
+double SquaredCentre(const CameraError& error, double metres_per_unit,
+                     const Eigen::MatrixXd& covariance, Eigen::Index at) {
+  return Squared(metres_per_unit * error.centre,
+                 covariance.block<3, 3>(at + 3, at + 3), 1e-3);
+}
+
+// Normalised squared error of all rotations and centres together, divided by
+// the degrees of freedom, the directions that the gauge does not fix. The
+// errors are in units of the found world, the covariance is in metres. `begin`:
+// the first parameter of each camera; rotation and centre are the first six.
+double NeesOf(const std::vector<CameraError>& errors, double metres_per_unit,
+              const Eigen::MatrixXd& covariance,
+              const std::vector<Eigen::Index>& begin) {
+  std::vector<Eigen::Index> poses;
+  Eigen::VectorXd error(6 * static_cast<Eigen::Index>(errors.size()));
+  for (size_t v = 0; v < errors.size(); ++v) {
+    for (Eigen::Index i = 0; i < 6; ++i) poses.push_back(begin[v] + i);
+    error.segment<3>(6 * static_cast<Eigen::Index>(v)) = errors[v].rotation_rad;
+    error.segment<3>(6 * static_cast<Eigen::Index>(v) + 3) =
+        metres_per_unit * errors[v].centre;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+      Eigen::MatrixXd(covariance(poses, poses)));
+  // The gauge fixes seven directions, those of the least variance.
+  constexpr Eigen::Index kHeld = 7;
+  double squares = 0.0;
+  for (Eigen::Index i = kHeld; i < error.size(); ++i) {
+    squares += std::pow(solver.eigenvectors().col(i).dot(error), 2) /
+               solver.eigenvalues()[i];
+  }
+  return squares / static_cast<double>(error.size() - kHeld);
+}
+
+template <typename Places>
+std::vector<Eigen::Index> BeginsOf(const Places& places) {
+  std::vector<Eigen::Index> begin = {0};
+  for (const std::vector<int>& one : places) {
+    begin.push_back(begin.back() + static_cast<Eigen::Index>(one.size()));
+  }
+  return begin;
+}
+
+// Prints the normalised squared errors, if the found calibration has the
+// covariance of all rotations and centres.
+void PrintSquares(const std::string& found,
+                  const std::vector<CameraError>& errors) {
+  const auto record = ReadRefinementRecord(found);
+  if (!record.has_value() || record->cameras.size() != errors.size()) return;
+  std::vector<std::vector<int>> places;
+  for (const RefinementRecord::Camera& camera : record->cameras) {
+    if (camera.places.size() < 6 || camera.places[5] != 5) return;
+    places.push_back(camera.places);
+  }
+  const std::vector<Eigen::Index> begin = BeginsOf(places);
+  for (size_t v = 0; v < errors.size(); ++v) {
+    std::printf("%-8s rotation %5.1f, centre %5.1f (95 %%: %.1f)\n",
+                record->cameras[v].name.c_str(),
+                SquaredRotation(errors[v], record->covariance, begin[v]),
+                SquaredCentre(errors[v], 1.0, record->covariance, begin[v]),
+                kChiSquare95);
+  }
+  std::printf("NEES per degree of freedom %.2f\n",
+              NeesOf(errors, 1.0, record->covariance, begin));
+}
+
 void Compare(const std::string& truth, const std::string& found,
              const std::string& out) {
   const CameraRig all = ReadCameras(truth);
@@ -146,6 +226,7 @@ void Compare(const std::string& truth, const std::string& found,
                 100.0 * errors[v].centre.norm(), 100.0 * errors[v].room_share,
                 100.0 * (other[v].focal_px() / one[v].focal_px() - 1.0));
   }
+  PrintSquares(found, errors);
 }
 
 struct Room {
@@ -441,40 +522,6 @@ struct RoomScore {
   double nees = 0.0;  // of all rotations and centres, over degrees of freedom
 };
 
-// Squared error, normalised by the stated covariance. `floor`: standard
-// deviation added for rounding and for what the similarity absorbs.
-double Squared(const Eigen::Vector3d& error, Eigen::Matrix3d covariance,
-               double floor) {
-  covariance.diagonal().array() += floor * floor;
-  return error.dot(covariance.ldlt().solve(error));
-}
-
-// Normalised squared error of all rotations and centres together, divided by
-// the degrees of freedom, the directions that the gauge does not fix.
-double NeesOf(const std::vector<CameraError>& errors,
-              const RecordingCalibration& found) {
-  std::vector<Eigen::Index> poses;
-  Eigen::VectorXd error(6 * static_cast<Eigen::Index>(errors.size()));
-  Eigen::Index at = 0;
-  for (size_t v = 0; v < errors.size(); ++v) {
-    for (Eigen::Index i = 0; i < 6; ++i) poses.push_back(at + i);
-    error.segment<3>(6 * static_cast<Eigen::Index>(v)) = errors[v].rotation_rad;
-    error.segment<3>(6 * static_cast<Eigen::Index>(v) + 3) =
-        found.metres_per_unit * errors[v].centre;
-    at += static_cast<Eigen::Index>(found.rig.places[v].size());
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-      Eigen::MatrixXd(found.rig.covariance(poses, poses)));
-  // The gauge fixes seven directions, those of the least variance.
-  constexpr Eigen::Index kHeld = 7;
-  double squares = 0.0;
-  for (Eigen::Index i = kHeld; i < error.size(); ++i) {
-    squares += std::pow(solver.eigenvectors().col(i).dot(error), 2) /
-               solver.eigenvalues()[i];
-  }
-  return squares / static_cast<double>(error.size() - kHeld);
-}
-
 RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
   RoomScore score;
   score.verdict = found.rig.verdict;
@@ -485,8 +532,10 @@ RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
     truth.push_back(room.scene.cameras[static_cast<size_t>(v)]);
   }
   const auto errors = ErrorsOf(truth, found.rig.cameras);
-  score.nees = NeesOf(errors, found);
-  Eigen::Index at = 0;
+  const double metres = found.metres_per_unit;
+  const Eigen::MatrixXd& covariance = found.rig.covariance;
+  const std::vector<Eigen::Index> begin = BeginsOf(found.rig.places);
+  score.nees = NeesOf(errors, metres, covariance, begin);
   double squares = 0.0;
   double mean = 0.0;
   std::vector<double> clocks;
@@ -494,20 +543,10 @@ RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
     score.rotation_deg =
         std::max(score.rotation_deg, kDegrees * errors[v].rotation_rad.norm());
     score.place = std::max(score.place, errors[v].room_share);
-    constexpr double kChiSquare95 = 7.815;  // 95 % quantile, three degrees of
-                                            // freedom
-    const Eigen::Matrix3d rotation = found.rig.covariance.block<3, 3>(at, at);
-    const Eigen::Matrix3d centre =
-        found.rig.covariance.block<3, 3>(at + 3, at + 3);
-    // The covariance is in metres, the error in units of the found world.
-    const double metres = found.metres_per_unit;
     score.covered +=
-        (Squared(errors[v].rotation_rad, rotation, 2e-4) < kChiSquare95 ? 1
-                                                                        : 0) +
-        (Squared(metres * errors[v].centre, centre, 1e-3) < kChiSquare95 ? 1
-                                                                         : 0);
+        (SquaredRotation(errors[v], covariance, begin[v]) < kChiSquare95) +
+        (SquaredCentre(errors[v], metres, covariance, begin[v]) < kChiSquare95);
     score.counted += 2;
-    at += static_cast<Eigen::Index>(found.rig.places[v].size());
     const auto view = static_cast<size_t>(found.rig.used[v]);
     // A view whose images are late by this much requires the same correction.
     clocks.push_back(found.rig.views[view].clock_s - room.late_s[view]);

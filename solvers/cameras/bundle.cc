@@ -344,8 +344,8 @@ class BundleProblem {
 constexpr double kAssumedOffsets = 20.0;
 // Share of that variance that is common to all joints of a person in a view.
 // Cameras absorb this part, so a recording does not determine it. With the
-// published cameras it is 0.08 (Panoptic's pizza), 0.14 (Shelf) and 0.34
-// (a seated person 0.9 m from Caliscope's cameras).
+// published cameras it is 0.08 (Panoptic's pizza), 0.14 (Shelf) and 0.24 (a
+// seated person 0.9 m from Caliscope's cameras): research/lasting_errors.py.
 constexpr double kCommonShare = 0.15;
 
 // Treats an empty sum as zero.

@@ -169,11 +169,27 @@ TEST(Bundle, ReportedSigmasMatchErrorsIfPriorsDominate) {
   EXPECT_LT(sum, 1.0 + 0.67);
 }
 
+// Mean squared error of the poses of four cameras along the eigenvectors of
+// their covariance, in units of the eigenvalues, without the seven directions
+// of the gauge. The scene's cameras are the truth.
+double MeanSquareOf(const BundleResult& result) {
+  constexpr Eigen::Index kHeld = 7;
+  Eigen::VectorXd error(24);
+  for (Eigen::Index v = 0; v < 4; ++v) {
+    error.segment<6>(6 * v) = result.changes[v].head<6>();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+      result.covariance);
+  const Eigen::ArrayXd squares =
+      (solver.eigenvectors().transpose() * error).array().square() /
+      solver.eigenvalues().array();
+  return squares.tail(error.size() - kHeld).mean();
+}
+
 // Four seconds have 20 blocks of time, but 24 parameters: without shrinkage,
 // the scores of so few blocks have no variance in some directions.
 TEST(Bundle, FewTimeBlocksDoNotUnderestimateAnyDirection) {
   constexpr int kSeeds = 20;
-  constexpr Eigen::Index kHeld = 7;  // directions of the gauge
   BundleOptions options = Quick();
   options.segments.max_segments = 300;
   const FreeParameters free = CameraParametersOf(RefineKind::kPose);
@@ -183,17 +199,7 @@ TEST(Bundle, FewTimeBlocksDoNotUnderestimateAnyDirection) {
     const BundleResult result =
         Adjusted(scene, SegmentsOf(scene, options), free, options);
     ASSERT_TRUE(result.usable);
-    Eigen::VectorXd error(24);
-    for (Eigen::Index v = 0; v < 4; ++v) {
-      error.segment<6>(6 * v) = result.changes[v].head<6>();
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-        result.covariance);
-    for (Eigen::Index i = kHeld; i < error.size(); ++i) {
-      sum += std::pow(solver.eigenvectors().col(i).dot(error), 2) /
-             solver.eigenvalues()[i] /
-             static_cast<double>(kSeeds * (error.size() - kHeld));
-    }
+    sum += MeanSquareOf(result) / kSeeds;
   }
   // The mean square of 340 normalised errors has a standard deviation of 0.08.
   // The limits of 0.5 and 2 allow for errors that persist longer than a block.
@@ -276,7 +282,6 @@ TEST(Bundle, PriorsThatCountPersistentErrorsOnceKeepLensesAccurate) {
 // offsets, with a root mean square of 18 mm or 37 mm per axis.
 TEST(Bundle, StandardDeviationsFollowTheRecordingsOffsets) {
   constexpr int kSeeds = 8;
-  constexpr Eigen::Index kHeld = 7;  // directions of the gauge
   BundleOptions options = Quick();
   options.lasting_offset_m = 0.007;
   options.segments.max_segments = 500;
@@ -290,18 +295,10 @@ TEST(Bundle, StandardDeviationsFollowTheRecordingsOffsets) {
       const BundleResult result =
           Adjusted(scene, SegmentsOf(scene, options), free, options);
       ASSERT_TRUE(result.usable);
-      Eigen::VectorXd error(24);
-      for (Eigen::Index v = 0; v < 4; ++v) {
-        error.segment<6>(6 * v) = result.changes[v].head<6>();
+      for (size_t v = 0; v < 4; ++v) {
         sigmas[scale - 1] += result.Sigma(v, kRotationAt);
       }
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-          result.covariance);
-      for (Eigen::Index i = kHeld; i < error.size(); ++i) {
-        sum += std::pow(solver.eigenvectors().col(i).dot(error), 2) /
-               solver.eigenvalues()[i] /
-               static_cast<double>(2 * kSeeds * (error.size() - kHeld));
-      }
+      sum += MeanSquareOf(result) / (2 * kSeeds);
     }
   }
   // Twice the offsets, twice the standard deviations; less by the noise that
@@ -314,6 +311,28 @@ TEST(Bundle, StandardDeviationsFollowTheRecordingsOffsets) {
   // allows for the few large offsets of a heavy-tailed distribution.
   EXPECT_GT(sum, 0.3);
   EXPECT_LT(sum, 2.0);
+}
+
+// Copies of measurements multiply the scores by n and their variance by n^2,
+// but the information only by n.
+TEST(Bundle, CopiesOfMeasurementsAreNoNewSamples) {
+  const FaultyScene scene = MakeFaultyScene({1, 4, 2, 8.0});
+  const BundleOptions options = Quick();
+  const FreeParameters free = CameraParametersOf(RefineKind::kPose);
+  SceneSegments segments = SegmentsOf(scene, options);
+  const std::vector<MotionSegment> all = segments.segments;
+  const auto with_copies = [&](int count) {
+    segments.segments.clear();
+    for (int copy = 0; copy < count; ++copy) {
+      segments.segments.insert(segments.segments.end(), all.begin(), all.end());
+    }
+    return Adjusted(scene, segments, free, options).samples_at_once;
+  };
+  EXPECT_EQ(with_copies(1), 1.0);  // errors of this scene hardly persist
+  const double four = with_copies(4);
+  EXPECT_GT(four, 1.0);
+  // The priors, which are not copied, have a small share of the information.
+  EXPECT_NEAR(with_copies(8) / four, 2.0, 0.02);
 }
 
 // Allocates many small blocks of memory and frees about a third of them in
