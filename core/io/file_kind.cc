@@ -120,6 +120,14 @@ bool IsOfLaboratory(const std::string& path) {
   return first != std::string::npos && text[first] == '<';
 }
 
+// The first 200 bytes, without a word that is cut off.
+std::string FirstWords(const std::string& path) {
+  constexpr size_t kMost = 200;
+  const std::string text = Beginning(path);
+  if (text.size() <= kMost) return text;
+  return text.substr(0, text.find_last_of(" \t\r\n,", kMost));
+}
+
 FileKind KindOfFile(const std::string& path) {
   if (IsOfLaboratory(path)) return FileKind::kCalibration;
   if (AreSurelyTracks(path)) return FileKind::kTracks;
@@ -131,7 +139,7 @@ FileKind KindOfFile(const std::string& path) {
   const FileHead head = LookAtFile(path);
   if (head.kind == '{') return KindOfObject(head);
   if (head.kind == '[') return KindOfArray(path);
-  if (IsNumberTable(Beginning(path).substr(0, 200))) return KindOfNumbers(path);
+  if (IsNumberTable(FirstWords(path))) return KindOfNumbers(path);
   return KindByAdapter(path);
 }
 

@@ -49,6 +49,18 @@ TEST(FileKind, LaboratoryCalibrationsAreRecognised) {
   }
 }
 
+// The limit of the words examined may fall into a number, for example behind
+// its sign.
+TEST(FileKind, NumbersAreRecognisedWhereverTheExaminedTextEnds) {
+  const TemporaryFolder folder;
+  for (size_t shift = 0; shift < 8; ++shift) {
+    std::string text(shift + 1, ' ');
+    for (int k = 0; k < 64; ++k) text += "-1.5e-3\n";
+    EXPECT_EQ(RecogniseKind(folder.Write("skel.txt", text)), FileKind::kTracks)
+        << shift;
+  }
+}
+
 // The folders of a session's cameras are not mistaken for folders of views with
 // detections.
 TEST(FileKind, OpenCapSessionIsACalibration) {
