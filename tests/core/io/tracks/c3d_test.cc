@@ -665,6 +665,19 @@ TEST_F(TracksC3d, NamesTheNumberOfAnAnalogChannelThatDoesNotExist) {
   }
 }
 
+TEST_F(TracksC3d, RefusesForcePlatesWithoutAFrameRate) {
+  C3dMaker maker;
+  maker.Rate(0.0).Header(1, 1, 1).Analog(6, 1).Labels({"nose"});
+  maker.Words("FORCE_PLATFORM:USED", {1})
+      .Words("FORCE_PLATFORM:TYPE", {1})
+      .Words("FORCE_PLATFORM:CHANNEL", {1, 2, 3, 4, 5, 6}, {6, 1});
+  maker.Point(10.0, 20.0, 30.0);
+  for (int c = 1; c <= 6; ++c) maker.Value(c);
+  const std::string path = Put(maker.Make());
+  EXPECT_THAT(InputErrorOf([&] { ReadForcePlates(path); }),
+              HasSubstr("POINT:RATE: not given"));
+}
+
 // A sample of 32777 less an offset of 32767, times 3 and 0.5. Signed, 32777 is
 // -32759; loads are made positive.
 TEST_F(TracksC3d, AnalogSamplesHaveFormatOffsetAndScales) {
