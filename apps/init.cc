@@ -388,9 +388,9 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   more += Flag("skeleton", FLAGS_skeleton) + Flag("set", FLAGS_set);
   throw InputError(fmt::format(
       "--cameras: not given; to estimate a calibration from the people "
-      "(insert the size of your images): ./kinegraph calibrate{} "
+      "(insert the size of your images): {} calibrate{} "
       "--image_size={},{}{} --out=cameras.json",
-      Flag("detections", FLAGS_detections), width, height, more));
+      DriverName(), Flag("detections", FLAGS_detections), width, height, more));
 }
 
 // Throws for an unusable --out before the recording is examined. Missing

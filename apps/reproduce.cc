@@ -85,10 +85,9 @@ struct Report {
   Json json;
 
   void Add(const std::string& key, TableOutput table) {
-    markdown +=
-        table.markdown +
-        "Reproduced by `./kinegraph reproduce --data=DATA --table=" + key +
-        SetFlag() + " --out=DIR`.\n\n";
+    markdown += table.markdown + "Reproduced by `" + DriverName() +
+                " reproduce --data=DATA --table=" + key + SetFlag() +
+                " --out=DIR`.\n\n";
     details += table.details;
     json["tables"][key] = std::move(table.json);
   }
