@@ -19,7 +19,8 @@ std::string Joined(const std::string& begin,
 // A value in TOML syntax. In tables, keys whose values are texts are quoted;
 // all other keys are not.
 std::string TomlText(const Json& value) {
-  if (value.is_string()) return '"' + value.get<std::string>() + '"';
+  // JSON's escape sequences are valid in TOML's basic strings.
+  if (value.is_string()) return JsonText(value.get<std::string>());
   if (value.is_number_float()) return fmt::format("{}", value.get<double>());
   if (!value.is_structured()) return value.dump();
   if (value.empty()) return value.is_array() ? "[]" : "{}";
