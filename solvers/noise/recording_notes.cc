@@ -56,8 +56,8 @@ void RequireFinite(const LearntNoise& learnt) {
     if (one.joints_seen == 0) continue;
     require(one.sigma_px, "sigma_px");
     require(one.process_noise, "process_noise");
-    require(one.least_process_noise, "process_noise");
-    require(one.greatest_process_noise, "process_noise");
+    require(one.least_process_noise, "least_process_noise");
+    require(one.greatest_process_noise, "greatest_process_noise");
   }
 }
 
