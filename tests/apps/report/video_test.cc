@@ -197,7 +197,7 @@ TEST(ViewImages, ErrorsNameTheCause) {
   EXPECT_EQ(FramesWithout(*images.videos[0], input), 2u);
   try {
     AddVideos(images, "page.html", 1000, &input);
-    ADD_FAILURE();
+    ADD_FAILURE() << "not refused";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("does not fit into the page"));
   }

@@ -369,7 +369,9 @@ TEST(MakeSegments, LimitedSegmentsAreSpreadOverTimeAndJoints) {
   std::map<double, int> of_time;
   for (const MotionSegment& one : made.segments) ++of_time[one.middle_s];
   EXPECT_EQ(of_time.size(), 9u);
-  for (const auto& [middle_s, count] : of_time) EXPECT_NEAR(count, 17 / 3, 1);
+  for (const auto& [middle_s, count] : of_time) {
+    EXPECT_NEAR(count, 17.0 / 3.0, 1.0);
+  }
 }
 
 TEST(MakeSegments, GapsEndASegment) {
