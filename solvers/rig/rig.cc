@@ -1379,13 +1379,19 @@ RigResult OfWhole(RigResult part, const std::vector<int>& kept,
   return part;
 }
 
+// The reason for a view that is left out.
+std::string ReasonOf(const DetectionHeader& header, const RigResult& result,
+                     size_t v) {
+  return Printable(header.view_names[v]) +
+         " is left out: " + result.views[v].left_out;
+}
+
 // Adds the views that are left out to the reasons.
 void DescribeLeftOut(const DetectionHeader& header, RigResult* result) {
   for (size_t v = 0; v < result->views.size(); ++v) {
     const RigView& view = result->views[v];
     if (view.joined || view.left_out.empty()) continue;
-    result->reasons.push_back(Printable(header.view_names[v]) +
-                              " is left out: " + view.left_out);
+    result->reasons.push_back(ReasonOf(header, *result, v));
   }
 }
 
@@ -1483,7 +1489,8 @@ DetectionSequence AtRate(const DetectionSequence& detections, size_t view,
 void AskRates(const RigInput& input, RigResult* result) {
   constexpr double kLeastEvidenceS = 3.0;
   constexpr double kMostRival = 0.6;  // of the evidence
-  const double rate_hz = input.detections.header.frame_rate_hz;
+  const DetectionHeader& header = input.detections.header;
+  const double rate_hz = header.frame_rate_hz;
   if (result->used.empty()) return;
   for (size_t v = 0; v < result->views.size(); ++v) {
     RigView& view = result->views[v];
@@ -1497,6 +1504,7 @@ void AskRates(const RigInput& input, RigResult* result) {
           pair.intrinsics, {});
     };
     const double stated_s = fit_at(1.0).pairs[0].evidence;
+    const std::string reason = ReasonOf(header, *result, v);
     double best = kLeastEvidenceS;
     for (const double rate : {24.0, 25.0, 30.0, 50.0, 60.0, 100.0, 120.0}) {
       const double factor = rate / rate_hz;
@@ -1512,10 +1520,11 @@ void AskRates(const RigInput& input, RigResult* result) {
       view.left_out = fmt::format(
           "read at {:.4g} Hz instead of {:.4g}, its motion agrees with view "
           "{}: --set=input.view_frame_rate.{}={:.4g}",
-          rate, rate_hz,
-          Printable(input.detections.header.view_names[result->used[0]]),
-          Printable(input.detections.header.view_names[v]), rate);
+          rate, rate_hz, Printable(header.view_names[result->used[0]]),
+          Printable(header.view_names[v]), rate);
     }
+    std::replace(result->reasons.begin(), result->reasons.end(), reason,
+                 ReasonOf(header, *result, v));
   }
 }
 
