@@ -2,8 +2,8 @@
 #   docker run --rm -v "$PWD":/work kinegraph demo
 #
 # The steps of the second stage are those of tests/install/bare_root.sh, which
-# runs them in a bare Debian 12 without Docker. How far the image was built
-# without a daemon: docs/porting.md.
+# runs them in a bare Debian 12 without Docker. docs/porting.md states how the
+# image was tested.
 FROM debian:12 AS build
 COPY cmake/debian_packages.txt /tmp/
 RUN apt-get update && apt-get install -y --no-install-recommends dpkg-dev file \

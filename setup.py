@@ -1,7 +1,7 @@
 """Builds the native part with CMake and puts it beside the Python sources.
 
-KINEGRAPH_BUILD names a build folder that is there already; without it the
-library is compiled in build/pip, which takes some minutes.
+KINEGRAPH_BUILD names an existing build folder; if it is not set, the library
+is compiled in build/pip, which takes some minutes.
 """
 
 import os

@@ -111,7 +111,7 @@ KnownLength LengthOfFlags() {
     }
     if (parts[0] == parts[1]) {
       throw InputError(
-          found + " names the same one twice, expected two different ones");
+          found + " has the same name twice, expected two different names");
     }
     return {kind, MetresOf(NumberOf(parts[2], flag), flag, most), parts[0],
             parts[1]};

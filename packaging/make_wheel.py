@@ -138,8 +138,9 @@ def add_licences(sources, folder):
         )  # fmt: skip
     (folder / "packages.txt").write_text(
         "This wheel as a whole may be passed on under the terms of the GNU General\n"
-        "Public Licence, version 3 or later (third_party_notes.md). Inside are these\n"
-        "packages of Debian 12, whose sources Debian keeps:\n\n" + "".join(lines)
+        "Public Licence, version 3 or later (third_party_notes.md). It contains these\n"
+        "packages of Debian 12, whose sources are in Debian's archive:\n\n"
+        + "".join(lines)
     )
 
 

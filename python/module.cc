@@ -227,8 +227,8 @@ DetectionSequence SequenceOf(const std::vector<std::vector<Array>>& frames,
 
 // ---- Tracks -----------------------------------------------------------------
 
-// The index of each person along the axis P of arrays (people), by ascending
-// id.
+// The index of each person along the axis P (people) of arrays, in the order of
+// ascending ids.
 std::map<int64_t, py::ssize_t> ColumnsOf(const TrackSequence& tracks) {
   std::map<int64_t, py::ssize_t> columns;
   for (const TrackFrame& frame : tracks.frames) {
@@ -991,9 +991,9 @@ void BindRuns(py::module_& m) {
       .def(
           "process", &LiveSession::Process, "frame"_a, "views"_a,
           "time_s"_a = py::none(),
-          "Processes one frame, with ascending numbers. views: per view an "
-          "array\n"
-          "(people, joints, 3) of x [px], y [px], confidence; time_s: of the\n"
+          "Processes one frame; frame numbers must ascend. views: per view an\n"
+          "array (people, joints, 3) of x [px], y [px], confidence; time_s: of "
+          "the\n"
           "frame, default frame / frame_rate_hz. Returns Tracks of the frames\n"
           "that became final.")
       .def("finish", &LiveSession::Finish,

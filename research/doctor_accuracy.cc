@@ -371,7 +371,7 @@ nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
     }
     int named = 0, wrong = 0, suspect = 0;
     for (int i = 0; i < scenes; ++i) {
-      // The length of the name gives most kinds other scenes.
+      // The length of the name gives most kinds scenes of their own.
       Random random(first_seed + 1000 * static_cast<uint64_t>(i) +
                     fault.name.size());
       FaultySceneOptions options;

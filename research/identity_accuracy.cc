@@ -13,13 +13,13 @@
 // as "6p_5c"; default: all. The counts of each recording are appended to FILE
 // of --lines, and --table sums all lines of such a file, so that a long table
 // can be computed in parts. --set changes the options of graph mode, which runs
-// on the whole recording with the block-tridiagonal solver
-// (configs/offline.toml); --scene changes the simulation
-// (scene.stature_sigma=0: all people have the same height). --second_pass also
-// scores the tracks that `track` would write with linking and a second pass;
-// --linking_only omits paper mode. --details lists each change of identities
-// with the true people before and after it. --tracks stores the tracks of graph
-// mode and reuses existing ones, to repeat linking quickly.
+// configs/offline.toml with the block-tridiagonal solver; --scene changes the
+// simulation (scene.stature_sigma=0: all people have the same height).
+// --second_pass also scores the tracks that `track` would write with linking
+// and a second pass; --linking_only omits paper mode. --details lists each
+// change of identities with the true people before and after it. --tracks
+// stores the tracks of graph mode and reuses existing ones, to repeat linking
+// quickly.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -186,8 +186,8 @@ int Encounters(const TrackSequence& truth) {
   return count;
 }
 
-// Stores the true person of each pose in its score, -1 if unmatched: positions
-// of poses do not depend on their identities.
+// Stores the true person of each pose in its score (-1: unmatched), which edits
+// of identities do not change.
 void MarkTruth(const TrackSequence& truth, TrackSequence* tracks) {
   const JointPairs joints =
       CommonJoints(truth.header.skeleton, tracks->header.skeleton);
@@ -342,8 +342,9 @@ Counts CountsOf(const TrackSequence& truth, const TrackSequence& tracks) {
 }
 
 // The most frequent true person of an identity in the last second of its
-// matched frames up to `frame` or, with `after`, in the first one from `frame`
-// on; not in one frame, because frames next to a gap are often unmatched.
+// matched frames up to `frame` or, with `after`, in the first second from
+// `frame` on. A single frame would not do: frames next to a gap are often
+// unmatched.
 TrackId NameAt(const TrueNames& names, TrackId id, int64_t frame, bool after,
                double rate_hz) {
   const auto all = names.names().find(id);
@@ -464,7 +465,7 @@ void PrintTable(std::map<Key, Counts> table) {
   }
 }
 
-// Writes the same figures and the close joins, for the documentation.
+// Writes the figures of the table except the switches, and the close joins.
 void WriteJson(const std::string& path, std::map<Key, Counts> table) {
   std::ofstream file(path);
   file.precision(8);

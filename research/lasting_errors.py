@@ -8,11 +8,12 @@
   PYTHONPATH=build/python research/lasting_errors.py cameras.json poses.jsonl \\
     tracks.jsonl
 
-Every joint that three views matched is triangulated robustly from its detections.
+Every joint with matched detections in three or more views is triangulated robustly.
 The median residual of a person's joint in a view is its lasting offset [mm at the
 joint's depth]. Prints the number of offsets, their root mean square per axis, and
-the share of its square that is common to a person's joints in a view, from the mean
-product of two of their offsets (kCommonShare of solvers/cameras/bundle.cc).
+the share of the mean square that is common to a person's joints in a view: the mean
+product of the offsets of two such joints, divided by the mean square (kCommonShare of
+solvers/cameras/bundle.cc).
 """
 import json
 import sys
@@ -23,7 +24,7 @@ import numpy as np
 LEAST_CONFIDENCE = 0.4
 LEAST_FRAMES = 10
 MOST_FRAMES = 300
-SIGMA_M = 0.02  # scale of a residual, which is down-weighted beyond twice this
+SIGMA_M = 0.02  # scale of the loss: a residual of twice this has half the weight
 
 
 def lines(path):

@@ -462,9 +462,9 @@ Errors Pooled(const Units& units) {
 // Sum and weight of a unit in a fraction or mean.
 using PartOf = std::function<std::pair<double, double>(const Errors&)>;
 
-// Weighted mean over all units, divided by that of `below` if given, with an
-// interval from resampling units. NaN, which becomes null in JSON, without
-// weight.
+// Weighted mean over all units, divided by that of `below` if given; with
+// `root`, the square root of this; times `scale`; with an interval from
+// resampling units. NaN, which becomes null in JSON, without weight.
 nlohmann::json WithInterval(const Units& units, const PartOf& part,
                             double scale, const Units* below = nullptr,
                             bool root = false) {

@@ -261,7 +261,7 @@ MotionRecording ObserveMotion(const SteadyClip& clip, const CameraRig& cameras,
         return MakeCausalGaussian(scene, CausalGaussianOptions());
       });
   std::vector<ReplayedPerson> people = recording.replay->Prepare(-1, 1);
-  if (people.empty()) throw std::runtime_error("nobody could be triangulated");
+  if (people.empty()) throw std::runtime_error("no pose could be triangulated");
   recording.person = std::move(people.front());
   recording.first_frame = recording.person.frames.front().frame;
   return recording;

@@ -35,9 +35,9 @@ SteadyClip Resample(const SteadyClip& clip, double rate_hz);
 // The first `seconds` of the clip, or all of it.
 SteadyClip FirstSeconds(const SteadyClip& clip, double seconds);
 
-// The first pose held for `seconds`, then the clip. Meanwhile the body sways
-// above its feet like a standing person's, a few millimetres below 1 Hz, and
-// comes to rest at the clip's first pose.
+// The first pose held for `seconds`, then the clip. While it is held, the body
+// sways above its feet like that of a standing person, by a few millimetres at
+// frequencies below 1 Hz, and comes to rest at the clip's first pose.
 SteadyClip AfterRest(const SteadyClip& clip, double seconds);
 
 // The clip with joint centres that are not points of rigid bones (joint_sway_m

@@ -1,8 +1,8 @@
 // Gain of refining cameras and clocks. Synthetic recordings (5 cameras, 6
 // people, 10 s, unless the fault has cameras or clips of its own) with a wrong
-// calibration, wrong clocks or no fault are tracked by a batch
-// with bones: with the true calibration, with the stated one, and with the one
-// that is refined as in `track`.
+// calibration, wrong clocks or no fault are tracked by a batch with bones: with
+// the true calibration, with the stated one, and with the one that is refined
+// as in `track`.
 //
 //   refine_accuracy [SEEDS] [FIRST_SEED] [FAULT] [--json=FILE]
 //
@@ -271,7 +271,7 @@ void AddRecording(const Fault& fault, uint64_t seed, Sums* sums) {
   }
   const TrackSequence tracks =
       Tracked(plain, refined.cameras, *refined.detections, &*refined.record);
-  // The result with the true clocks: the same people, observed in time.
+  // For the true clocks: the same people, observed by synchronous cameras.
   const DetectionSequence best =
       fault.offsets_s.empty() ? scene.detections
                               : MakeFaultyScene(scene_options).detections;

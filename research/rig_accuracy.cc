@@ -548,7 +548,7 @@ RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
         (SquaredCentre(errors[v], metres, covariance, begin[v]) < kChiSquare95);
     score.counted += 2;
     const auto view = static_cast<size_t>(found.rig.used[v]);
-    // A view whose images are late by this much requires the same correction.
+    // The correction of a view's clock should equal the delay of its images.
     clocks.push_back(found.rig.views[view].clock_s - room.late_s[view]);
     mean += clocks.back() / static_cast<double>(errors.size());
   }

@@ -1,8 +1,8 @@
 #!/bin/bash
 # Checks that take too long for every change; `./kinegraph test --all` runs them
 # after all tests. Prints one line per step: outcome, seconds, title. The output
-# of a step is in BUILD/all/STEP.log. A step whose programs are not all installed
-# is skipped; its line names those that are missing.
+# of a step is in BUILD/all/STEP.log. A step is skipped if a program that it
+# needs is not installed; its line names the missing programs.
 #
 #   tests/all.sh BUILD [STEP...]     default: every step
 set -uo pipefail
@@ -46,8 +46,8 @@ sanitizer() {  # PRESET PROGRAM...
       --output-on-failure --output-junit "$logs/$preset.xml"
 }
 
-# All programs except the cluster tests, which only start programs that others
-# test.
+# All programs except the cluster tests, which only start programs that other
+# tests cover.
 asan() {
   local programs
   mapfile -t programs < <(programs_of apps core fuzz solvers |

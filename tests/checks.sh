@@ -1,12 +1,13 @@
 #!/bin/bash
 # Checks of .ci/run other than the tests: tests/checks.sh CHECK BUILD
-#   tidy     clang-tidy's findings are errors in lines that changed since
-#            KINEGRAPH_CI_BASE (default: the commit before this one)
+#   tidy     clang-tidy on core, solvers and apps; any finding in a line that
+#            changed since KINEGRAPH_CI_BASE (default: the commit before this
+#            one) is an error
 #   single   compiles every source of solvers, commands and the Python module
 #            separately, without unity builds (the sanitizers compile core in
 #            this way)
-#   corpora  replays every input that once failed, and fuzzes each reader briefly
-#            with libFuzzer
+#   corpora  replays the inputs on which a reader once failed, and fuzzes each
+#            reader briefly with libFuzzer
 #   readers  tests of core/io under Clang's address and undefined-behaviour
 #            sanitizers
 #   units    tests of the rest of core under these sanitizers, except those of
@@ -117,8 +118,8 @@ configure_instrumented() {
     exit 1
 }
 
-# One program per folder, without two: core/tracking needs the solvers,
-# core/kinematics takes minutes.
+# One program per folder, except for core/tracking, which needs the solvers, and
+# core/kinematics, which takes minutes.
 core_tests() {
   (cd tests && find core -name '*_test.cc' -printf 'test_%h\n') | tr / _ |
     sort -u | grep -v -x -e test_core_tracking -e test_core_kinematics
@@ -128,7 +129,8 @@ run_tests() {  # PROGRAM...
   configure_instrumented
   local program failed=0
   cmake --build "$build/fuzz" --parallel "$jobs" --target "$@" || return 1
-  # Leak detection traces the process, which not every machine allows.
+  # Leak detection traces the process, which not every machine allows: it is off
+  # unless KINEGRAPH_LEAKS=1.
   ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
   export ASAN_OPTIONS+=:detect_leaks=${KINEGRAPH_LEAKS:-0}
   export UBSAN_OPTIONS=print_stacktrace=1

@@ -11,7 +11,8 @@
 
 namespace kinegraph {
 
-// One command of a task, run in the task's folder. Later steps read its output.
+// One command of a task, run in the task's folder. Later steps may read its
+// output.
 struct TaskStep {
   std::string command;  // "track" for kinegraph-track
   std::vector<std::string> arguments;
@@ -22,9 +23,9 @@ struct Task {
   std::string recording;
   std::string configuration;
   std::vector<TaskStep> steps;
-  // Checksum of the arguments of all steps and of the contents of calibration,
-  // ground truth and configuration, if these are files (not of detections).
-  // Another fingerprint means another task.
+  // Checksum of the arguments of all steps and of the contents of the
+  // calibration, ground truth and configuration files; the contents of folders
+  // and of detections are not included. Another fingerprint means another task.
   std::string fingerprint;
 
   std::string Name() const { return recording + "/" + configuration; }

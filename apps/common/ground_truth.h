@@ -19,8 +19,8 @@ struct ReadRecording {
 };
 
 // Returns notes on the pairing of frames, on people that were not found and on
-// subjects too small or too large for kPersonGateM, within which a track counts
-// as a true person's.
+// subjects too small or too large for kPersonGateM, the distance within which a
+// track may be matched with a true person.
 // Throws InputError if the frame rates do not allow pairing, if people are
 // found only with other axes or another unit (with advice), and if no person is
 // annotated in `frames` (numbered as in the tracks; empty: all).

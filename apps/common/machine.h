@@ -16,9 +16,10 @@ struct Machine {
 
 Machine ThisMachine();
 
-// Short commit hash of the repository whose folder configs/ the argument is,
-// read at run time (not at build time), with "-dirty" if tracked files have
-// changed; "unknown" for every other folder, even one within a repository.
+// Short commit hash of the repository whose root contains the folder `configs`
+// under the name configs/, read at run time (not at build time), with "-dirty"
+// if tracked files have changed; "unknown" for every other folder, even one
+// within a repository.
 std::string CommitOf(const std::string& configs);
 
 }  // namespace kinegraph

@@ -54,8 +54,8 @@ TrackSequence WrittenPeople(const FrozenRun& run,
   return people;
 }
 
-// Keeps the detections of `set` that are also in `wanted`, and takes the least
-// confidence from `wanted`.
+// Keeps the detections of `set` that are also in `wanted`, and takes the
+// minimum confidence from `wanted`.
 void Restrict(const HeldOutSet& wanted, HeldOutSet* set) {
   std::set<std::tuple<int64_t, std::string, int>> named;
   for (const HeldOutDetection& one : wanted.detections) {

@@ -170,7 +170,8 @@ struct FrozenRecording {
   FrozenRun run;
 };
 
-// Throws InputError, also if there is no frame.
+// Throws InputError, also if there is no frame, or OptionError for a
+// configuration with contradictory keys.
 FrozenRecording FreezeRecording(const RecordingInput& input, int threads);
 
 // The frames of a FrozenRecording, from the first to the last one written.

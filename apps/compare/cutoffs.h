@@ -19,8 +19,9 @@ struct ChosenCutoff {
 };
 
 // Applies every rule to the points that filters smooth (filters.points), for
-// the configured Butterworth filter, in each joint's longest interval without a
-// gap, if that lasts a second or more. In the order of person, joint and rule.
+// the configured Butterworth filter, but always on positions, in each joint's
+// longest interval without a gap, if that lasts a second or more. In the order
+// of person, joint and rule.
 std::vector<ChosenCutoff> ChooseCutoffs(const CompareResult& result);
 
 // One row per person, joint, axis ("x", "y", "z", "all") and rule.

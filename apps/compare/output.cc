@@ -642,7 +642,7 @@ std::string CompareMarkdown(const CompareResult& result,
   text +=
       "\n## Smoothness and delay\n\n" + MotionTable(result) +
       "\nComputed on the joints seen by two or more views, which are the same "
-      "for every strategy; the power also includes bridged joints. Lag: "
+      "for every strategy; the power also includes inferred joints. Lag: "
       "relative to the batch, which has none.\n";
   text +=
       "\n## Motion removed and noise kept\n\n" + BalanceTable(result) +

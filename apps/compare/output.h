@@ -42,9 +42,9 @@ std::vector<std::string> BalanceSentences(const CompareResult& result);
 // ground truth, the strategy nearest to the truth.
 std::string VerdictText(const CompareResult& result);
 
-// recommended.toml: the configuration of the comparison with the strategy of
-// the least mean held-out error; keys at their defaults are left out. Empty if
-// nothing could be scored.
+// recommended.toml: the comparison's configuration with the strategy that has
+// the smallest mean held-out error; keys at their defaults are left out. Empty
+// if nothing could be scored.
 std::string RecommendedToml(const CompareResult& result);
 
 // The keys of `options` that differ from their defaults, one per line.

@@ -115,7 +115,8 @@ struct StrategyResult {
   FoldValues values;
   StrategyScores scores;
   std::optional<StrategyTuning> tuning;
-  std::vector<Measure> measures;  // the same keys in the same order for all
+  // The same keys in the same order for all strategies that ran; else empty.
+  std::vector<Measure> measures;
 
   bool ran() const { return scores.refused.empty(); }
   const Measure* Find(const std::string& key) const;
@@ -134,7 +135,7 @@ struct CompareResult {
   Comparison comparison;
   std::vector<StrategyResult> strategies;
   size_t baseline_idx = 0;
-  std::vector<LagPoint> lag_sweep;  // empty without a batch
+  std::vector<LagPoint> lag_sweep;  // empty unless the batch and windows ran
   // Pixel shifts subtracted from the detections, [fold][view]; empty: none.
   std::vector<std::vector<Eigen::Vector2d>> shifts_px;
   // The points that filters smooth (filters.points), in the form of

@@ -64,8 +64,9 @@ struct Study {
   double rate_hz = 0.0;
 };
 
-// Number of recordings on which the choice made without them is better than the
-// baseline, not significantly different (or the baseline itself), and worse.
+// Numbers of recordings on which the strategy chosen on the others is better
+// than the baseline, not significantly different (or the baseline itself), and
+// worse.
 struct StudyVerdict {
   int recordings = 0;  // on which a choice was made and scored
   int better = 0;
@@ -94,8 +95,8 @@ std::string StudyMarkdown(const Study& study);
 std::string StudyCsv(const Study& study);
 std::string StudyJson(const Study& study);
 // recommended.toml: the configuration with the best strategy; its header states
-// on how many recordings the choice made without them beats the baseline. Empty
-// if there is no best one.
+// on how many recordings the strategy chosen on the others beats the baseline.
+// Empty if no strategy could be run on every recording.
 std::string StudyToml(const Study& study);
 // The summary printed on a terminal.
 std::string StudyDigest(const Study& study, const std::string& folder);

@@ -34,7 +34,8 @@ double Ratio(const RatioUnit& unit) {
   return unit.weight > 0.0 ? unit.sum / unit.weight : kNan;
 }
 
-// Index of the first point with the least mean error; 0 if all were refused.
+// Index of the first point with the smallest mean error; if all points were
+// refused, the last index.
 size_t Least(const std::vector<RatioUnit>& errors) {
   size_t best = 0;
   for (size_t i = 1; i < errors.size(); ++i) {

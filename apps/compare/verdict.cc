@@ -78,7 +78,7 @@ const StrategyResult* BestStrategy(const CompareResult& result) {
   return best;
 }
 
-// Which strategy is nearest to the truth, if there is one.
+// Names the strategy nearest to the truth; empty without a truth.
 std::string TruthText(const CompareResult& result) {
   const StrategyResult* nearest = nullptr;
   double least_mm = std::numeric_limits<double>::infinity();

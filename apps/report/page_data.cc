@@ -282,7 +282,6 @@ ResultWork PageMaker::WorkOf(size_t r) const {
     const auto index = static_cast<uint16_t>(work.person_of.size());
     work.person_of[id] = index;
   }
-  // The truth has no matches.
   if (input_.detections.has_value() && result.role == ResultRole::kTracks) {
     work.pairing.emplace(result.tracks.header, input_.detections->header,
                          input_.cameras);

@@ -56,7 +56,7 @@ struct PageInput {
   CameraRig cameras;  // in the order of the detections' views
   std::optional<DetectionSequence> detections;  // requires cameras
   // Images behind the panels: one path per camera, relative to the page, with
-  // %06d or the like for the frame number; empty: none.
+  // a placeholder such as %06d for the frame number; empty: none.
   std::vector<std::string> image_patterns;
   // Instead, embedded images: one map per camera, JPEG or PNG by frame number.
   std::vector<std::map<int64_t, std::string>> pictures;

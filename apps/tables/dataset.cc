@@ -92,7 +92,7 @@ std::vector<Method> CampusMethods() {
 std::vector<ResultFile> ShelfResults() {
   const std::string filled = ShelfFilled().name;
   const std::string of_joints =
-      "joints and pair scores instead of grouped persons; ";
+      "its input is joints and pair scores instead of grouped persons; ";
   return {
       {"Chu et al., their own program",
        "shelf/reference/paper_code_shelf_warm3.json", filled, "", filled},

@@ -38,7 +38,8 @@ ${name} \\- ${summary}
 ${body}
 .fi
 .SH EXIT STATUS
-0: done. 2: bad usage or bad input, one line says what. 1: anything else.
+0: success. 2: invalid usage or input, with one line of explanation on standard
+error. 1: anything else.
 ")
   string(REGEX MATCHALL "\n  --[a-z_]+" flags "${help}")
   string(REGEX REPLACE "\n  " "" flags "${flags}")

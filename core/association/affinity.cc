@@ -86,8 +86,9 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
                 const AssociationOptions& options) {
   // Eq. 1, of joint n at age dt = t - t':
   //   g_n = (1 - d_n / (alpha_2d dt)) exp(-lambda_a dt)
-  // The second factor is common to all joints. The part-aware affinity is the
-  // mean over the joints with g_n > 0 if there are at least epsilon of them.
+  // `gate_px` takes the place of alpha_2d dt (GatePx). The second factor is
+  // common to all joints. The part-aware affinity is the mean over the joints
+  // with g_n > 0 if there are at least epsilon of them.
   const double scale = 1.0 / gate_px;
   int common = 0;
   int positive = 0;

@@ -16,8 +16,8 @@ namespace {
 // which is measured from two such positions.
 constexpr double kPositionSigma = 0.1;  // m
 constexpr double kVelocitySigma = 0.5;  // m/s
-// A detected point may be anywhere on the body's outline, which is half a metre
-// wide: the standard deviation of a uniform distribution of that width.
+// A detected point may be anywhere within the body's outline, which is half a
+// metre wide: the standard deviation of a uniform distribution of that width.
 constexpr double kBodySigma = 0.15;  // m
 // Probability that a detected joint is misplaced, and the same for a joint that
 // another person hides.

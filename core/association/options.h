@@ -48,7 +48,8 @@ struct AssociationOptions {
   Target2d target_2d = Target2d::kMatched;
   double alpha_3d_m = 0.15;
 
-  // Chen et al.'s weights of the distances in the image and from the ray.
+  // Not keys: Chen et al.'s weights of the distances in the image and from the
+  // ray.
   double weight_2d = 0.4;
   double weight_3d = 0.6;
 

@@ -39,8 +39,8 @@ class ViewTracklets {
   // index in the last Follow. nullopt if no track was matched with the tracklet
   // for 0.2 s, or none in the last 2 s.
   std::optional<TrackId> OwnerOf(size_t observation_idx) const;
-  // To be called when the detection was matched with a track and the update
-  // succeeded.
+  // To be called when the detection was matched with a track and agrees with
+  // another view of the track.
   void Claim(size_t observation_idx, TrackId track);
 
  private:

@@ -4,8 +4,8 @@
 // points with T = Pack<W, ...>. Each lane performs exactly the operations of a
 // double in the same order, so results do not depend on the number of lanes.
 // Every file that computes with packs is compiled without contraction of
-// products and sums (cmake/KinegraphTargets) and must not use Eigen, whose
-// alignment depends on the instruction set.
+// products and sums (cmake/KinegraphTargets.cmake) and must not use Eigen,
+// whose alignment depends on the instruction set.
 //
 // Based on the vector types of GCC and Clang. Besides the operators there are,
 // for packs and double alike:

@@ -66,10 +66,10 @@ struct Batch {
   int helpers = 0;  // pool threads working on it; guarded by the pool
 };
 
-// Threads that live as long as the program, because starting them would cost
-// more than a call of a few hundred microseconds. A piece may itself call
-// ParallelFor: every caller works on its own pieces and waits only for pieces
-// already begun by others, so nested calls cannot deadlock.
+// Threads that live as long as the program, because starting them for each call
+// would cost more than a call of a few hundred microseconds. A piece may itself
+// call ParallelFor: every caller works on its own pieces and waits only for
+// pieces already begun by others, so nested calls cannot deadlock.
 class ThreadPool {
  public:
   ~ThreadPool() {

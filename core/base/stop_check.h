@@ -1,5 +1,5 @@
-// Cancellation of long work: a user who presses Ctrl-C, a window that is
-// closed.
+// Cancellation of long work, for instance when the user presses Ctrl-C or
+// closes a window.
 #ifndef KINEGRAPH_CORE_BASE_STOP_CHECK_H_
 #define KINEGRAPH_CORE_BASE_STOP_CHECK_H_
 

@@ -19,8 +19,10 @@ struct HeldOutDetection {
 
 struct HeldOutSet {
   double min_confidence = 0.3;  // of joints that are scored
-  double cap_px = 100.0;        // error of a joint without prediction
-  // Greatest mean joint distance of a run's person from the reference's.
+  // Limit of a joint's error, and the error of a joint without prediction.
+  double cap_px = 100.0;
+  // Greatest mean joint distance at which a person of a run is paired with one
+  // of the reference tracks.
   double pairing_gate_m = 0.5;
   std::vector<HeldOutDetection> detections;
 };

@@ -15,8 +15,10 @@
 namespace kinegraph {
 
 enum class EditOp {
-  kJoin,    // persons[1] is the same person as persons[0]
-  kCut,     // in these frames persons[0] is another person: persons[1]
+  kJoin,  // persons[1] is the same person as persons[0]
+  // In these frames persons[0] is another person, with the unused identity
+  // persons[1] or, if that is not given, the next free one.
+  kCut,
   kSwap,    // in these frames the two are exchanged
   kDelete,  // in these frames persons[0] is removed
   kName,    // persons[0] has a name
@@ -51,8 +53,8 @@ struct IdentityEdit {
   std::string place;  // "file: line 3" of a correction, for messages
 };
 
-// Names given to people, by identity. Stored separately from the tracks; the
-// tracker does not use them.
+// Names given to people, by identity. They are not part of a TrackSequence, and
+// the tracker does not use them.
 using PersonNames = std::map<TrackId, std::string>;
 
 // The names after these edits: kName sets a name, and kJoin removes the name of

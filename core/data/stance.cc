@@ -63,7 +63,8 @@ void Stance::See(const PersonPose& person) {
   // ankles (else hips) to the shoulders, above which a person is ignored.
   constexpr double kAbove = 0.1;
   constexpr size_t kMost = 2000;  // bodies; more add no information
-  // Cosine of the angle between trunk and legs; 0.6 for a person on a chair.
+  // A body is straight if the cosine of the angle between trunk and legs is
+  // greater; it is 0.6 for a person on a chair.
   constexpr double kStraight = 0.8;
   const auto high = Centre(skeleton_, person.joints, JointClass::kShoulder);
   const auto hips = Centre(skeleton_, person.joints, JointClass::kHip);
@@ -167,9 +168,9 @@ double Stance::FloorSpread(const Vector3d& up) const {
   return Quantile(lows_m, 0.95) - Quantile(lows_m, 0.05);
 }
 
-// People who walk or lie share a floor, whose height is constant along the
-// vertical and no other direction; for a person who does not move there is
-// a floor in every direction.
+// People who walk or lie share a floor: the coordinate of their lowest joints
+// is constant along the vertical and along no other direction. For a person who
+// does not move, it is constant along every direction.
 std::optional<Vector3d> Stance::ByFloor(
     const std::vector<Group>& groups,
     const std::vector<Vector3d>& others) const {

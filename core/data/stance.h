@@ -1,6 +1,6 @@
-// Estimates the vertical of the world of some tracks from the directions in
-// which people stand, the floor they share, the file's stated axis and the
-// orientation of the cameras.
+// Estimates the upward direction of tracks from the directions in which people
+// stand, the floor they share, the file's stated axis and the orientation of
+// the cameras.
 #ifndef KINEGRAPH_CORE_DATA_STANCE_H_
 #define KINEGRAPH_CORE_DATA_STANCE_H_
 
@@ -48,9 +48,9 @@ class Stance {
   // - the stated axis, unless people stand at more than 50 degrees to it and
   //   cannot be lying;
   // - the direction in which people stand or, unless most of them are straight,
-  //   the world axis within 40 degrees of it (if there is one); unknown if that
-  //   direction is more than 50 degrees from the cameras' or, without
-  //   cameras, they may be lying in a world with z up.
+  //   the world axis within 40 degrees of it (unknown if there is none);
+  //   unknown also if people stand at more than 50 degrees to the cameras'
+  //   upward direction or, without cameras, may be lying in a world with z up.
   // A person whose hands are clearly above the shoulders may be standing on
   // them and is ignored.
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;

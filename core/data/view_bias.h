@@ -1,6 +1,6 @@
 // The detector's bias of each joint as a function of the camera's direction
-// around the body: the value that is learnt and kept in files. For its meaning
-// see solvers/noise/bias_model.h.
+// around the body: the coefficients that are learned and stored in files. For
+// their meaning see solvers/noise/bias_model.h.
 #ifndef KINEGRAPH_CORE_DATA_VIEW_BIAS_H_
 #define KINEGRAPH_CORE_DATA_VIEW_BIAS_H_
 
@@ -21,16 +21,16 @@ struct ViewBias {
   // Left and right partners share an entry.
   struct OfJoint {
     std::string joint;  // without "l_" and "r_"
-    // Coefficients of the bias across and along the image of the trunk [m], at
-    // the joint's depth.
+    // Coefficients of the bias across and along the image of the trunk or, for
+    // joints of the head, of the head [m], at the joint's depth.
     ViewCoefficients across_m{};
     ViewCoefficients along_m{};
     bool used = false;  // false: the bias is taken as zero
-    // Number of joints in single frames and views used to learn it.
+    // Number of residuals used to learn it, one per frame, view and joint.
     int64_t observations = 0;
-    // Share of the squared residuals in one half of the recording that the
-    // coefficients of the other explain, and its standard error over segments
-    // of time.
+    // Cross-validated share of the squared residuals explained: those of each
+    // half of the recording by coefficients learned from the other half. Its
+    // standard error is over segments of time.
     double gain = 0.0;
     double gain_error = 0.0;
   };

@@ -30,8 +30,8 @@ struct WorldAlignment {
 
 using CameraPairs = std::vector<std::pair<const Camera*, const Camera*>>;
 
-// Whether the centres, relative to their mean, are collinear, so that a
-// rotation about a line is undetermined.
+// Whether the centres, given relative to their mean, are nearly collinear, so
+// that the rotation about their line is undetermined.
 bool OnALine(const Eigen::Matrix3Xd& from_mean) {
   constexpr double kWidth = 0.05;  // relative to the length
   const Matrix3d scatter = from_mean * from_mean.transpose();

@@ -40,11 +40,12 @@ struct CameraResult {
 };
 
 // Compares cameras of the same name. The worlds are aligned by the cameras'
-// centres (Umeyama 1991). If the centres lie within a twentieth of their extent
-// of a line, or there are only two, the rotation about the line is
-// undetermined, and the mean over the cameras of the rotation from the found to
-// the true world is used instead. Throws InputError naming `path` and
-// `truth_path` when fewer than two cameras are in both.
+// centres (Umeyama 1991). If the centres of either rig are nearly collinear
+// (RMS extent along the second principal axis at most 5 % of that along the
+// first, as for two cameras), the rotation about the line is undetermined, and
+// the mean over the cameras of the rotation from the found to the true world is
+// used instead. Throws InputError naming `path` and `truth_path` when fewer
+// than two cameras are in both.
 CameraResult EvaluateCameras(const CameraRig& truth,
                              const std::string& truth_path,
                              const CameraRig& cameras, const std::string& path);

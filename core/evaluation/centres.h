@@ -9,7 +9,7 @@
 
 namespace kinegraph {
 
-// Two results with one joint per person, its centre.
+// Two results with one joint per person: the person's centre.
 struct Centres {
   TrackSequence a, b;
   std::string note;  // what is compared with what

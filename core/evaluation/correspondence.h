@@ -25,8 +25,8 @@ namespace kinegraph {
 inline constexpr double kPersonGateM = 0.5;
 inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
-// The frame of that number, within one recording (for frames of two recordings:
-// PairFrames); nullptr if there is no such frame.
+// The frame numbered `frame`; nullptr if there is none. To find the frame of
+// another recording at the same instant, use PairFrames.
 const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame);
 // The frame's people; none for nullptr.
 const std::vector<PersonPose>& PeopleOf(const TrackFrame* frame);
@@ -66,8 +66,8 @@ struct CostPair {
 };
 
 // One-to-one pairs with cost <= gate: the greatest possible number and, among
-// those, the least total cost. NaN entries are no candidates. Pairs are in row
-// order.
+// those, the least total cost. Entries that are not finite are no candidates.
+// Pairs are in row order.
 std::vector<CostPair> MatchOneToOne(const Eigen::MatrixXd& cost, double gate);
 
 // MeanDistance of every person of `a` (rows) to every person of `b` (columns);
@@ -89,7 +89,7 @@ struct PersonPair {
 // the tracks lack, nobody is found.
 std::vector<PersonPair> PairPeople(const FramePairing& frames,
                                    const JointPairs& joints, double gate_m);
-// Overload for all frames in `ranges` that PairFrames pairs.
+// Overload for PairFrames(truth, tracks, ranges).
 std::vector<PersonPair> PairPeople(const TrackSequence& truth,
                                    const TrackSequence& tracks,
                                    const JointPairs& joints, double gate_m,

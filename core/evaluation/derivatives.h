@@ -21,7 +21,7 @@ struct DerivativeOptions {
 
 // Errors over the frames of one joint, or of all joints.
 struct DerivativeErrors {
-  int64_t count = 0;  // of joints in single frames
+  int64_t count = 0;  // one per joint and frame
   double velocity_rms_m_s = 0.0;
   double speed_bias_m_s = 0.0;  // mean of found minus true speed
   double acceleration_rms_m_s2 = 0.0;

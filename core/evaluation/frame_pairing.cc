@@ -20,8 +20,8 @@ namespace {
 // of 29.97 (30000/1001) and 30 Hz.
 constexpr double kSameRate = 0.002;
 // A stated rate contradicts the times if it differs from their rate by more
-// than this share; the closest common rates, 24 and 25 Hz, differ by twice as
-// much.
+// than this share. The closest common rates that kSameRate does not treat as
+// equal, 24 and 25 Hz, differ by twice as much.
 constexpr double kSameClock = 0.02;
 // Frames of recordings with different rates show the same instant up to this
 // difference: times in whole milliseconds have errors of up to half a
@@ -190,10 +190,10 @@ class Pairer {
   }
 
   // Detects one rate that is written in two ways, as 30000/1001 and 30 Hz:
-  // equal numbers begin at the same time and end, because of the two rates,
-  // more than half a frame apart. Returns that difference; nullopt also where
-  // the times differ for another reason, such as a pause that the numbers do
-  // not contain.
+  // frames of equal number have the same time at first and, because of the two
+  // rates, times more than half a frame apart at the end. Returns the final
+  // difference; nullopt also where the times differ for another reason, such as
+  // a pause that the numbers do not contain.
   std::optional<TimeNs> DriftOfEqualNumbers() const {
     if (!same_rate_) return std::nullopt;
     std::optional<TimeNs> first, last;

@@ -41,12 +41,12 @@ struct PairingNames {
   std::string tracks = "the tracks";
 };
 
-// Pairs frames by time where both recordings have times and a rate, else by
-// frame number. They are also paired by number, with a note, if the rates are
-// equal but no two frames coincide in time, or if frames of equal number begin
-// simultaneously and end more than half a frame apart because the rates differ
-// slightly. Only instants within `frames` (the tracks' numbers; empty: all) are
-// returned.
+// Pairs frames by time where both recordings have increasing times and a rate,
+// else by frame number. They are also paired by number, with a note, if the
+// rates are equal but no two frames coincide in time, or if frames of equal
+// number begin simultaneously and end more than half a frame apart because the
+// rates differ slightly. Only instants within `frames` (the tracks' numbers;
+// empty: all) are returned.
 // Nothing is interpolated: at different rates only common instants are
 // compared, and frames between them are ignored. Throws InputError naming both
 // rates where they differ and no two frames have the same time.

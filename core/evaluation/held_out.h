@@ -116,8 +116,8 @@ HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
                                 const HeldOutFilter& filter,
                                 const BootstrapOptions& options = {});
 
-// Sum and number of min(error, 30 px) of each frame in the scores, ascending:
-// their pooled ratio is kMeanTruncated.
+// For each frame in the scores, ascending, the sum of min(error, 30 px) over
+// the selected joints, and their number: the PooledRatio is kMeanTruncated.
 RatioSeries TruncatedErrors(const HeldOutScores& scores,
                             const HeldOutFilter& filter);
 // The frames of the units of TruncatedErrors.

@@ -54,9 +54,10 @@ struct IdentityResult {
   // whole recording, chosen to maximise their number.
   int64_t identity_true_positives = 0;
   // Found person-frames that are not scored; excluded from found_person_frames.
-  int64_t on_hidden_people = 0;      // where the truth has a hidden person
-  int64_t beside_annotations = 0;    // where there is no annotation (kSome)
-  int64_t hidden_person_frames = 0;  // of the truth
+  int64_t on_hidden_people = 0;    // where the truth has a hidden person
+  int64_t beside_annotations = 0;  // where there is no annotation (kSome)
+  // True person-frames that are hidden; excluded from true_person_frames.
+  int64_t hidden_person_frames = 0;
   std::array<HotaScores, kHotaThresholdCount> hota_at{};
 
   // 1 - (misses + false positives + switches) / true person-frames; NaN if

@@ -79,9 +79,10 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
 // cross-correlation of their velocities within 0.4 s (Knapp and Carter 1976,
 // without weighting), all common body joints and axes together; a parabola
 // through the maximum and its neighbours gives fractions of a frame. `rate_hz`
-// and `frames` (empty: all) are the tracks'. People are paired frame by frame
-// within 0.5 m. Negative: tracks lead. nullopt when the overlap is too short,
-// there is no motion, or the correlation has no maximum within 0.4 s.
+// (> 0, else OptionError) and `frames` (empty: all) are the tracks'. People are
+// paired frame by frame within 0.5 m. Negative: tracks lead. nullopt when the
+// overlap is too short, there is no motion, or the correlation has no maximum
+// within 0.4 s.
 std::optional<double> EstimateLag(const TrackSequence& reference,
                                   const TrackSequence& tracks, double rate_hz,
                                   const std::vector<FrameRange>& frames = {});

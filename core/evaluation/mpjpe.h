@@ -26,6 +26,8 @@ struct MpjpeOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // in the world
 };
 
+// The errors of one joint: means over its `count` comparisons, NaN if there are
+// none.
 struct JointError {
   std::string joint;
   int64_t count = 0;
@@ -57,7 +59,7 @@ struct MpjpeResult {
   std::vector<Share> pck;
   Interval raw_interval;  // blocks drawn within each actor
   Interval bias_removed_interval;
-  std::vector<JointError> joints;   // contained in both, in the truth's order
+  std::vector<JointError> joints;   // common to both, in the truth's order
   std::vector<PersonError> people;  // by actor, then by frame
   Share found;                      // true person-frames with a counterpart
   // Joints of the true people who were found: share that the found pose has.

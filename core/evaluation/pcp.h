@@ -117,9 +117,9 @@ const char* ToString(PersonMatching matching);  // "nearest", "one_to_one"
 struct PcpProtocol {
   std::string name;
   std::vector<FrameRange> frames;  // of the tracks; empty: all
-  // If the result has no frame of this instant, the frame nearest in time
-  // replaces it, at most this far away [s]. 0: treated as a frame without
-  // people.
+  // If the tracks have no frame at the instant of a true frame, their frame
+  // nearest in time replaces it, at most this far away [s]. Otherwise, or if 0,
+  // nobody is found in the true frame.
   double max_time_gap_s = 0.0;
   HeadConversion head = HeadConversion::kChu;
   EndpointRule endpoints = EndpointRule::kMean;
@@ -135,8 +135,8 @@ struct PcpProtocol {
   bool mid_hip_is_a_joint = false;
   bool skip_unmatched = false;
   bool stored_zeros_are_positions = false;
-  // Actors (true people, numbered from zero) over whom the headline, the score
-  // that is quoted, is the mean; empty: all.
+  // Actors (true people, numbered from zero) whose mean is the headline, i.e.
+  // the score that is quoted; empty: all.
   std::vector<int64_t> headline_actors = {0, 1, 2};
 };
 
@@ -162,7 +162,7 @@ enum class PartVerdict : uint8_t {
 
 // One true person in one frame.
 struct PcpPersonFrame {
-  int64_t frame = 0;
+  int64_t frame = 0;  // the truth's number
   int64_t actor = 0;
   std::optional<TrackId> predicted;  // nullopt: none
   std::array<PartVerdict, kPcpPartCount> parts{};
@@ -190,7 +190,8 @@ struct LostPart {
   double length_m = 0.0;
   std::optional<double> first_error_m;  // the distal end, or the lower one
   std::optional<double> second_error_m;
-  // Mean distance of the prediction over the joints that both have.
+  // Mean distance of the prediction from the true person, over the joints that
+  // both have.
   std::optional<double> person_distance_m;
 
   LossReason reason() const;

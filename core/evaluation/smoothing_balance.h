@@ -36,8 +36,8 @@
 namespace kinegraph {
 
 // A joint of one person in consecutive frames. In the world: its position [m].
-// In an image: x and y [px], and metres per pixel perpendicular to the ray (0
-// for detections). NaN where missing.
+// In an image: x and y [px], and metres per pixel at the joint's depth (0 for
+// detections). NaN where missing.
 struct JointTrace {
   int64_t begin = 0;  // the first frame
   std::vector<Eigen::Vector3d> points;
@@ -49,7 +49,8 @@ JointTraces WorldTraces(const TrackSequence& tracks,
                         const std::vector<FrameRange>& frames);
 JointTraces ImageTraces(const TrackSequence& tracks, const Camera& camera,
                         const std::vector<FrameRange>& frames);
-// The detections of that view in the set, by the joints of `skeleton`.
+// The detections of that view in the set, which must ascend by frame, by the
+// joints of `skeleton`.
 JointTraces DetectedTraces(const HeldOutSet& set,
                            const DetectionSequence& detections, int view_idx,
                            const Skeleton& skeleton);

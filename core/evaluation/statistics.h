@@ -54,7 +54,8 @@ double QuantileOfRepeated(const std::vector<double>& ascending,
 // probability, also in a short series.
 
 struct BootstrapOptions {
-  int64_t block_length = 25;  // in units of a series, usually frames
+  // In units of a series, usually frames: one second at 25 Hz.
+  int64_t block_length = 25;
   int64_t resamples = 2000;
   double confidence = 0.95;
   int64_t seed = 1;
@@ -106,7 +107,8 @@ using RatioSeries = std::vector<RatioUnit>;
 using RatioScore = double (*)(const std::vector<RatioSeries>& series,
                               const DrawCounts* counts);
 
-// Mean of the series' ratios; series without weight are left out.
+// Mean of the series' ratios; series without weight are left out. NaN if all
+// are.
 double MeanOfRatios(const std::vector<RatioSeries>& series,
                     const DrawCounts* counts = nullptr);
 // All units of all series together: the total of the sums divided by the total

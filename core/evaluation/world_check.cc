@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Matrix3d;
 
-// Positions of the common joints in both, for one frame.
+// The people of both recordings in one frame, reduced to the common joints.
 struct Sample {
   std::vector<Pose3d> truth;
   std::vector<Pose3d> tracks;
@@ -166,11 +166,11 @@ std::string WorldCheck::GateText() const {
     return "";
   }
   return fmt::format(
-      "the true subjects extend over {:.2g} m, and a track counts as theirs "
-      "within {} m: {}",
+      "the true subjects extend over {:.2g} m, and a track within {} m counts "
+      "as theirs{}",
       extent_m, kPersonGateM,
-      is_small ? "even a track beside them does"
-               : "a track whose errors are small for their size may not");
+      is_small ? ", even a track beside them"
+               : ": one whose errors are small for their size may not");
 }
 
 WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {

@@ -44,7 +44,7 @@ struct WorldCheck {
 };
 
 // True people are found in the sense of EvaluateCoverage, in up to 200 of the
-// frames in which both have people.
+// frames in which both recordings have people.
 WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints);
 
 }  // namespace kinegraph

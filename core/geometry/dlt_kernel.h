@@ -164,10 +164,9 @@ T Dot3(const T a[3], const T b[3]) {
   return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2]);
 }
 
-// Whether the angle between any two rays to a point reaches the minimum. Each
-// ray is compared with the first only: if all are within half of the minimum of
-// the first, no two reach it; otherwise the result is wrong by a factor of two
-// in the angle at most.
+// Whether the angle between any two rays to a point exceeds the minimum. Each
+// ray is compared only with the first, so two rays up to twice the minimum
+// apart may be missed.
 template <typename T>
 class ParallaxTest {
  public:

@@ -84,9 +84,9 @@ std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters);
 
 // The factor f of the term k1 f (x, y) in the distorted point of the ideal
-// point (x, y): r^2, or a^3 / r for a fisheye lens. Null is a pinhole, whose k1
-// is the first of OpenCV's five coefficients. `jacobian`, if not null, receives
-// the derivative of f (x, y) by (x, y).
+// point (x, y): r^2, or a^3 / r with a = atan(r) for a fisheye lens. Null is a
+// pinhole, whose k1 is the first of OpenCV's five coefficients. `jacobian`, if
+// not null, receives the derivative of f (x, y) by (x, y).
 double FirstRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
                          Eigen::Matrix2d* jacobian);
 // The lens (null: a pinhole) with `added` added to its k1.

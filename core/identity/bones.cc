@@ -112,8 +112,9 @@ class PieceMaker {
   TimeNs newest_ = 0;
 };
 
-// Whether a bone is used (BoneModel::BoneModel). Of few joints, such as the top
-// and the bottom of a box, every bone is: it measures a person's height.
+// Whether a bone is used (BoneModel::BoneModel). In a skeleton of few joints,
+// such as the top and the bottom of a box, every bone is: it measures a
+// person's height.
 bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
   constexpr int kFewJoints = 3;
   if (skeleton.joint_count() <= kFewJoints) return true;

@@ -18,9 +18,9 @@ constexpr double kForbidden = 1e6;  // nats
 // Prior log odds that a person who appears is already known rather than new: 20
 // to 1.
 constexpr double kKnownRather = 3.0;  // nats
-// Durations of absences have the density 1 / duration between these limits [s].
-// After an absence of kUsualAbsence a known person is more likely than a new
-// one by the odds above.
+// Durations of absences have the density 1 / duration between kShortAbsence and
+// kLongAbsence [s]. After an absence of kUsualAbsence a known person is more
+// likely than a new one by the odds above.
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
@@ -28,8 +28,9 @@ constexpr double kLongAbsence = 30.0;
 // nearly coincide. Also the time from either end of the recording within which
 // people may appear and disappear anywhere.
 constexpr double kMaxOverlap = 0.5;
-// Up to this number of chains the margin comes from the assignment of least
-// cost that keeps the two apart (BestApart), beyond it from single exchanges.
+// Up to this number of chains the margin of a join comes from the assignment of
+// least cost that keeps its two chains apart (BestApart), beyond it from single
+// exchanges.
 constexpr size_t kExactChains = 100;
 
 // A chain inserted into a gap of another.

@@ -51,8 +51,8 @@ struct LinkedPieces {
 // Cuts the tracks at contacts and joins the pieces that are clearly one person:
 // one assignment over all of them, repeated until there are no new clear joins.
 // Then restores the tracker's continuations that are not clearly wrong and, if
-// LinkOptions::people is given, joins further until at most so many chains are
-// left, or no join is possible.
+// LinkOptions::people is given, joins further until at most that many chains
+// are left, or no join is possible.
 LinkedPieces JoinPieces(const Skeleton& skeleton, double frame_rate_hz,
                         const LinkOptions& options,
                         const std::vector<Tracklet>& tracks);

@@ -15,7 +15,8 @@ namespace kinegraph {
 
 // Changes `frames` (ascending) and returns the edits in order. The same edits
 // applied to the same frames give the same result (ApplyEdit). Edits that prove
-// invalid are omitted, with a line each in `left_out` (ApplyEdits).
+// invalid are omitted, with a line each in `left_out` (ApplyEdits). Throws as
+// CheckLinkOptions does.
 //
 // Tracks are cut where they may have continued with the wrong person
 // (tracklet.h). The pieces are then joined by the assignment of each piece to

@@ -33,7 +33,7 @@ constexpr double kKeepsFacing = 0.4;    // share, decaying with kKeepsLong
 constexpr double kKeepsLong = 0.7;      // s
 constexpr double kStillFacing = 0.35;   // share, decaying with kStillLong
 constexpr double kStillLong = 20.0;     // s
-constexpr double kWalkingSpeed = 1.0;   // m/s; faces in the direction of motion
+constexpr double kWalkingSpeed = 1.0;   // m/s; heading follows motion
 constexpr double kLeastAcross = 0.05;   // m; shorter: no direction
 // Lower bound of the share of a prediction that lies within the occupied space.
 constexpr double kLeastWithin = 0.05;

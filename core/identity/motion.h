@@ -1,5 +1,5 @@
-// Motion as evidence: how likely a person moved from one state to another in
-// the time between them.
+// Motion as evidence: how likely it is that a person moved from one state to
+// another in the time between them.
 #ifndef KINEGRAPH_CORE_IDENTITY_MOTION_H_
 #define KINEGRAPH_CORE_IDENTITY_MOTION_H_
 

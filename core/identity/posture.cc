@@ -15,9 +15,10 @@ namespace {
 constexpr size_t kMinCommon = 8;      // of twelve joints
 constexpr double kLeastWidth = 0.05;  // m; shorter: no direction
 // Postures of recorded people (walk, dance, hop, stand): the root mean square
-// distance to a person's own posture has the median 0.08 m after 0.1 s, 0.11
-// after 0.2, 0.18 after 0.5 and 0.2 from 1 s on; that of two people has the
-// median 0.28 m. Half of each distribution lies within a quarter of its median.
+// distance between two postures of one person has the median 0.08 m after 0.1
+// s, 0.11 after 0.2, 0.18 after 0.5 and 0.2 from 1 s on; that of two people has
+// the median 0.28 m. Half of each distribution lies within a quarter of its
+// median.
 constexpr double kSwing = 0.21;       // m, asymptotic
 constexpr double kSwingGrows = 0.45;  // s
 constexpr double kLeastSwing = 0.06;  // m, error of two poses

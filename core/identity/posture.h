@@ -32,7 +32,8 @@ class PostureModel {
 
  private:
   Eigen::Vector3d up_;
-  // Median PostureDistance between two different people at the same time.
+  // Median PostureDistance between two different people at the same time [m];
+  // 0.28 if the recording has too few pairs.
   double strangers_m_;
 };
 

@@ -50,7 +50,7 @@ long IndexAt(const Tracklet& track, TimeNs time) {
   return static_cast<long>(later - track.frames.begin()) - 1;
 }
 
-// Length of an end from which a state is estimated.
+// Length of the part at an end of a tracklet from which its state is estimated.
 constexpr double kStateSeconds = 0.3;
 
 MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
@@ -71,7 +71,9 @@ MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
     moment += time_s * (tracklet.frames[k].centre_m - mean);
     across += tracklet.frames[k].across_m / count;
   }
-  // Shrinks the velocity towards zero where the frames span too little time.
+  // Shrinks the velocity towards zero where the frames span too little time: by
+  // the factor 1 + (kStateSigmaM / (kUsualSpeed T))^2 for a span T, because
+  // `spread` is about count T^2 / 12.
   constexpr double kUsualSpeed = 0.9;  // m/s
   const double rest =
       count * kStateSigmaM * kStateSigmaM / (12.0 * kUsualSpeed * kUsualSpeed);
@@ -219,7 +221,7 @@ struct Crowd {
 
 // Whether the two seem to have exchanged places within kExchangeTime after
 // these frames: the sum of their squared distances from each other's prediction
-// is less than from their own.
+// is less than that from their own.
 bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
   const TimeNs now = a.frames[ka].time;
   const TimeNs earlier = now - FromSeconds(0.5 * kExchangeTime);

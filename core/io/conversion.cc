@@ -394,7 +394,8 @@ int64_t WantedPerson(const ConversionOptions& flags,
 }
 
 // Removes all people but the one that --person selects. Without --person,
-// throws InputError if --out is the file of one person and there are several.
+// throws InputError if there are several people and --out is a single file in a
+// format with one file per person.
 void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
                 TrackSequence* tracks) {
   const std::vector<int64_t> ids = IdsOf(*tracks);
@@ -435,8 +436,8 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-// Rotates into the world tracks that were read as if X, Y and Z of their file
-// were x, y and z of the world. `axes`: the world axes along X, Y and Z.
+// Rotates tracks into the world frame. They were read as if X, Y and Z of their
+// file were x, y and z of the world. `axes`: the world axes along X, Y and Z.
 void ReadAs(const AxisMap& axes, TrackSequence* tracks) {
   Eigen::Matrix3d world_from_file;
   for (int i = 0; i < 3; ++i) {

@@ -14,7 +14,7 @@ struct ConversionOptions {
   std::string in;                // file or folder
   std::string out;               // file or folder
   std::string from = "auto";     // format; "auto": recognised by content
-  std::string to;                // format; empty: by the extension of `out`
+  std::string to;                // empty: tracks, by the extension of `out`
   std::string skeleton;          // if the input does not specify it
   double frame_rate_hz = 0.0;    // if the input does not specify it; 0: none
   std::string unit;              // of calibrations and tracks: m, cm or mm

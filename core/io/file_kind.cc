@@ -78,8 +78,8 @@ FileKind KindOfObject(const FileHead& head) {
   return FileKind::kCalibration;  // keys may be arbitrary names of cameras
 }
 
-// A projection matrix has twelve numbers, a file of 4D association with people
-// at least 64 (one person with fifteen joints).
+// A projection matrix has 12 numbers. A file of 4D association that contains
+// people has at least 64: three counts, an id and fifteen joints of four each.
 FileKind KindOfNumbers(const std::string& path) {
   const std::string text = Beginning(path);
   Words words(text, WordBreak::kSpaceOrCommas);
@@ -157,7 +157,8 @@ FileKind KindOfFolder(const std::string& path) {
     if (IsFolder(inside)) return FileKind::kDetections;  // a folder per view
     if (HasExtension(name, {".csv", ".h5"})) return KindOfFile(inside);
     if (!HasExtension(name, {".json"})) continue;
-    // In a folder, only detections are stored as arrays (COCO's may be empty).
+    // In a folder, only detections are stored as arrays; an empty one (COCO's)
+    // lacks the keys by which KindOfArray recognises them.
     return LookAtFile(inside).kind == '[' ? FileKind::kDetections
                                           : KindOfFile(inside);
   }

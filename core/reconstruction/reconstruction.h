@@ -85,17 +85,17 @@ class Reconstructor {
   Reconstructor(const CameraRig& cameras, const EpipolarGeometry& epipolar,
                 const ReconstructionOptions& options, const Skeleton& skeleton);
 
-  // Uses a prediction to decide conflicts and to replace joints with fewer than
-  // two views. `views` are in the order in which they joined the track; older
-  // poses of a view follow its newest one, and each joint is taken from the
-  // newest pose that has it. Returns false when the update fails: fewer than
-  // two views, or too many joints lost (`reconstruction` then holds the partial
-  // result).
+  // Uses a prediction to decide conflicts and to replace joints that cannot be
+  // triangulated. `views` are in the order in which they joined the track;
+  // older poses of a view follow its newest one, and each joint is taken from
+  // the newest pose that has it. Returns false when the update fails: fewer
+  // than two views, or too many joints lost (`reconstruction` then holds the
+  // partial result).
   bool Update(Span<UsedView> views, const Pose3d& predicted,
               Reconstruction* reconstruction);
 
   // Uses no prediction: the filter decides conflicts by its initialisation
-  // rule, with a threshold of its own [px]. Joints with fewer than two views
+  // rule, with a threshold of its own [px]. Joints that cannot be triangulated
   // are missing.
   void Initialise(Span<UsedView> views, double alpha_px,
                   Reconstruction* reconstruction);

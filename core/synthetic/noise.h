@@ -51,7 +51,7 @@ struct NoiseOptions {
   // Replaces `joints` for classes that were measured separately.
   std::map<JointClass, JointNoise> by_class;
 
-  // Confidence: a mean, lower for wrong joints and, if any option for hidden
+  // Confidence: a mean, lower for outliers and, if any option for hidden
   // joints or people is set, for hidden joints. Each observation's sigma has a
   // log-normal factor, whose log has the standard deviation `noise_spread`; its
   // confidence is divided by the factor's square.

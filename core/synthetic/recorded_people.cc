@@ -29,7 +29,7 @@ struct ClipSetting {
   Vector2d place_m = Vector2d::Zero();
   double turn_rad = 0.0;
   double start_s = 0.0;      // time of appearance in the scene
-  double hold_s = 0.0;       // duration of the first pose before it moves
+  double hold_s = 0.0;       // time for which the first pose is held
   double hold_sway_m = 0.0;  // of a held body: RMS, forward, 1 m above ankles
   // Joint centres are not points of rigid bones: each oscillates in the frame
   // of the trunk as its joint bends, with an amplitude drawn uniformly from
@@ -452,9 +452,9 @@ double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
   return closest;
 }
 
-// Appends the people of clip `clip_idx`. A given position and rotation are used
-// as they are; otherwise positions are drawn until people of different clips
-// keep their distance.
+// Appends the people of clip `clip_idx`. A given position is used even if
+// people of different clips are then too close; otherwise positions are drawn
+// until they keep their distance. The rotation is given or drawn.
 void AddClip(const RecordedPeopleOptions& options, const ClipRoom& room,
              const std::vector<RecordedMotion>& motions, size_t clip_idx,
              Random* seeds, RecordedPeople* people) {

@@ -137,7 +137,7 @@ Pose3d PersonAt(const Actor& person, TimeNs time);
 
 // A person of the scene at one moment.
 struct PersonMoment {
-  Pose3d pose;  // empty: absent, the other fields are meaningless
+  Pose3d pose;                       // empty: absent
   std::optional<Obstacle> obstacle;  // if occlusion matters
 };
 struct SceneMoment {

@@ -77,8 +77,9 @@ inline constexpr const char* kSystemFile = "/etc/os-release";
 int64_t ThreadCpuNs();
 
 // Starts `thread` concurrently, which receives SIGINT, SIGTERM and SIGHUP by
-// NextSignal; signals that are already ignored stay ignored. Also turns SIGXFSZ
-// (the shell's limit of file sizes) into an ordinary write error. Call once.
+// NextSignal, except those that are already ignored or handled. Also turns
+// SIGXFSZ (the shell's limit of file sizes) into an ordinary write error. Call
+// once.
 void CatchSignals(const std::function<void()>& thread);
 
 // For that thread: waits for the next signal; 0 on failure.

@@ -21,8 +21,8 @@ namespace kinegraph {
 int MemoryDepth(const ReconstructionOptions& options);
 
 // Copies a reconstruction into an estimator's frame: the fresh views with their
-// verdicts, inlier views and, if `succeeded`, the pose. The caller sets frame
-// number and time.
+// verdicts, the inlier views, which joints were triangulated and, if
+// `succeeded`, the pose. The caller sets frame number and time.
 void FillEstimatorFrame(const std::vector<UsedView>& used,
                         const Reconstruction& reconstruction, bool succeeded,
                         EstimatorFrame* frame);

@@ -145,8 +145,8 @@ class GraphAssociation final : public AssociationPolicy {
 
   // False if fewer than two views have unmatched detections, or if even the two
   // of these views with the fewest may agree by chance: with so few joints a
-  // third view adds no certainty. With two cameras there is no third view to
-  // wait for, so chance agreement is accepted.
+  // third view adds no certainty. With two cameras chance agreement is
+  // accepted, as AgreeByChance accepts that of all cameras facing a person.
   bool AwaitsSlight() const override {
     std::vector<int> unmatched;
     for (size_t v = 0; v < state_.scene.cameras.size(); ++v) {

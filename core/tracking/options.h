@@ -59,7 +59,7 @@ TrackerOptions WithScaledGates(TrackerOptions options, const CameraRig& cameras,
 // at 120 Hz as at 25 Hz. Paper mode counts frames as the paper does at 25 Hz:
 // there a second is 25 frames at any rate of the recording.
 struct TrackLifeOptions {
-  double confirm_s = 0.08;  // birth to the confirming update, without misses
+  double confirm_s = 0.08;  // birth to the confirming update if none fails
   double max_age_s = 0.4;   // deleted this long after the last update
   // Detections with fewer found joints are treated as noise and ignored.
   double min_found_joints = 5.0;  // of 17

@@ -116,7 +116,7 @@ void Exchange(Bytes& bytes, PersonPose& pose) {
 }
 
 // Items are stored consecutively in blocks, of which only the first is copied
-// as the queue grows; each is freed when its last item was taken. Separate
+// as the queue grows; each is freed once its last item is taken. Separate
 // allocations would fragment the memory.
 template <typename T>
 class PackedQueue {

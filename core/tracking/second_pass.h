@@ -66,8 +66,8 @@ class EndFollower {
 // Optionally follows people beyond both ends of their tracks.
 class SecondPass {
  public:
-  // Takes the arguments of Tracker's constructor; the poses of `estimator` are
-  // written.
+  // Takes the arguments of Tracker's constructor, but a single estimator, whose
+  // poses are written.
   SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
              const TrackerOptions& options, EstimatorFactory estimator);
 
@@ -123,7 +123,7 @@ class SecondPass {
   // Passes used_views_ to the estimator of a person.
   void AddFrame(int64_t frame, TimeNs time, TrackId id, const Pose3d& start);
   // The run of the person whose first or last frame, selected by `end`, is
-  // `frame`.
+  // `frame`; nullptr if there is none.
   const TrackRun* FindRun(TrackId id, int64_t TrackRun::*end,
                           int64_t frame) const;
   // Matches the unmatched detections with a person, whose expected pose is

@@ -9,8 +9,8 @@ with these joints. Writes OUT/markers.xml, OUT/scale.xml, OUT/ik.xml and
 OUT/run.py, and prints how to run them. Does not need OpenSim itself.
 
 Markers are joint centres. In OpenSim's whole-body models (Rajagopal 2016,
-gait2392 with arms) a segment's origin is the centre of the joint that carries
-it, so most markers are at the origin of a segment.
+gait2392 with arms) a segment's origin is the centre of its proximal joint, so
+most markers are at the origin of a segment.
 """
 
 import argparse

@@ -54,14 +54,14 @@ struct KnownFrames {
 };
 
 // The first of `people` whose matches and numbers of measurements differ in at
-// most 1/400 of the frames (of the longer of both tracks), if any. So few
+// most 1/400 of the frames (of the longer of the two tracks), if any. So few
 // changes hardly affect noise and bones.
 std::optional<KnownFrames> FindKnownFrames(
     const std::vector<std::shared_ptr<const SolvedPerson>>& people,
     const std::vector<FrameRecord>& records, const PersonProblem& graph);
 
-// Chunks that own the frames within the overlap (MakeChunks) of any frame that
-// is not `same`.
+// Chunks that own the frames up to 1.1 s (the overlap of MakeChunks) before or
+// after any frame that is not `same`.
 std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same);
 
@@ -120,7 +120,9 @@ class RecordingSolver {
   template <typename Visit>
   void ForEachChunk(const PersonProblem& recording,
                     const std::vector<Chunk>& chunks, const Visit& visit);
-  // Concatenates `of(solver, problem, end of its frames)` over all chunks.
+  // Concatenates the chunks' own frames of `of(solver, problem, end)`, which
+  // computes those before `end`, the end of the own frames in the chunk's
+  // problem.
   template <typename Matrix, typename Of>
   std::vector<std::vector<Matrix>> InChunks(const PersonProblem& recording,
                                             const Of& of);

@@ -85,7 +85,7 @@ void BoneSolver::LoadPrior(const PersonPrior& prior) {
       }
     }
   }
-  // Lanes without a joint do not move.
+  // Keeps lanes without a joint non-singular.
   for (Eigen::Index lane = size / 6; lane < lanes; ++lane) {
     for (int i = 0; i < 6; ++i) prior_own_(lane, PlaceInBlock(i, i)) = 1.0;
   }
@@ -247,7 +247,7 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
                           double step_tolerance_m, SolveReport* report) {
   constexpr double kFarM = 1e-3;  // a longer step is far from the minimum
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
-  // Levenberg-Marquardt; no damping while steps lower the cost.
+  // Levenberg-Marquardt, undamped until a step fails to lower the cost.
   double damping = 0.0;
   // Raises the damping; false if it exceeds the limit.
   const auto raise = [&damping] {
@@ -311,7 +311,8 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   Load(*problem);
   if (!Linearise(*problem, schedule.stages.front(), &lanes_.states(),
                  &system_)) {
-    // The last step of a chain may have moved its joint behind a camera.
+    // ChainSolver does not check the last step of a stage, which may have moved
+    // a joint behind a camera.
     for (JointChain& chain : problem->joints) GateMeasurements(&chain);
     Load(*problem);
   }

@@ -10,10 +10,10 @@
 
 namespace kinegraph {
 
-// ChainSolver for problems with bones: each linear system is solved by
-// conjugate gradients, preconditioned with the joints' chains, which bones
-// couple only weakly. One joint per SIMD lane. Reuses its work space between
-// calls; not thread-safe.
+// ChainSolver for problems with bones or a PersonProblem::prior; ignores the
+// user's factors. Each linear system is solved by conjugate gradients,
+// preconditioned with the joints' chains, which bones couple only weakly. One
+// joint per SIMD lane. Reuses its work space between calls; not thread-safe.
 class BoneSolver {
  public:
   // Starts at the joints' states. Keeps the gating of measurements, unless the
@@ -41,7 +41,8 @@ class BoneSolver {
   void Load(const PersonProblem& problem);
   void LoadPrior(const PersonPrior& prior);
   ChainLanes At(LaneBuffer* states) const;
-  // False if the joint of an active measurement cannot be projected.
+  // False if the joint of an active measurement cannot be projected or the cost
+  // is not finite.
   bool Linearise(const PersonProblem& problem, const SolveStage& stage,
                  LaneBuffer* states, System* system);
   void AddCouplings(const PersonProblem& problem, const LaneBuffer& states,

@@ -82,7 +82,7 @@ struct LaneSystem {
   LaneBlock<T>* diagonal;  // [frames]
   T (*gradient)[6];        // [frames]
   T cost;
-  Mask<T> valid;  // every active measurement has an image
+  Mask<T> valid;  // every active measurement has an image; finite cost
 };
 
 // The chains of T::kLanes joints.

@@ -24,8 +24,8 @@ struct ChainLanes {
   int lanes = 0;
   const double* dt_s = nullptr;           // [frames - 1], not per lane
   const double* process_noise = nullptr;  // [frames - 1][lanes] m^2/s^3
-  // BodyCentre, the same in all lanes: x, y, z [m] and 1 / sigma [1/m], 0:
-  // none.
+  // BodyCentre, the same in all lanes: x, y, z [m] and 1 / sigma [1/m] (0: no
+  // such factor).
   const double (*centres)[4] = nullptr;  // [frames], not per lane
 
   // Views of frame k have the indices first_view[k] .. first_view[k + 1] - 1.
@@ -68,7 +68,7 @@ struct LaneSystemRows {
   double* gradient = nullptr;  // [frames][6][lanes]
   double* cost = nullptr;      // [lanes]
   double* valid = nullptr;     // [lanes] 1: all measurements that count have
-                               // an image, else 0
+                               // an image and the cost is finite, else 0
 };
 
 // The off-diagonal information of a factor on the positions of two joints in
@@ -108,7 +108,7 @@ struct LaneKernels {
   void (*covariance)(const ChainLanes& chains, double correction, int frame_end,
                      double* workspace, double* covariances, double* known);
   // The chains' system at their states. `own_priors`: include the priors of
-  // ChainLanes; otherwise lanes without a joint are singular.
+  // ChainLanes; otherwise lanes without a joint may be singular.
   void (*linearise)(const ChainLanes& chains, const LaneStage& stage,
                     bool own_priors, double* workspace,
                     const LaneSystemRows& system);
@@ -117,11 +117,11 @@ struct LaneKernels {
                 double* workspace);
   // Solves H step = -gradient, step [frames][6][lanes], for the chains, their
   // couplings and `damping` times the chains' diagonal: conjugate gradients,
-  // preconditioned with the chains. Ends when the residual r is at most
-  // `accuracy` times the gradient in the norm sqrt(r' M^-1 r), M the damped
-  // chains, after 100 iterations, or at a direction along which H has no
-  // positive curvature. False if that is the first direction, the gradient is
-  // not finite, or the chains are not positive definite.
+  // preconditioned with the damped chains M. Ends when the norm sqrt(r' M^-1 r)
+  // of the residual r is at most `accuracy` times that of the gradient; after
+  // 100 iterations; or at a direction along which H has no positive curvature.
+  // False if that is the first direction, the gradient is not finite, or the
+  // chains are not positive definite.
   bool (*solve_coupled)(const ChainLanes& chains, const LaneSystemRows& system,
                         const LaneCouplings& couplings, double damping,
                         double accuracy, double* workspace, double* step);

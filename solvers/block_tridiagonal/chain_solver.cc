@@ -108,7 +108,7 @@ void LaneProblem::LoadPriors(const std::vector<const JointChain*>& chains) {
       prior_b_[Row(i) + lane] = prior.b[i];
     }
   }
-  // Lanes without a joint stay at the origin.
+  // Keeps lanes without a joint non-singular.
   for (size_t lane = chains.size(); lane < lanes_; ++lane) {
     for (size_t i = 0; i < 6; ++i) {
       prior_root_[Row(7 * i) + lane] = prior_root_stated_[Row(7 * i) + lane] =

@@ -2,10 +2,10 @@
 // the SIMD type (core/base/pack.h). Included by files that are compiled for one
 // instruction set each, so it must not use Eigen.
 //
-// H = M + C, with M the chains and C the couplings. The next direction of
-// conjugate gradients is z + turn * d, with M z = r, d the previous direction
-// and turn the ratio of r'z to its previous value. M times the next direction
-// is therefore r + turn * (M d): no product with M is needed.
+// H = M + C, with M the damped chains and C the couplings. The next direction
+// of conjugate gradients is z + turn * d, with M z = r, d the previous
+// direction and turn the ratio of r'z to its previous value. M times the next
+// direction is therefore r + turn * (M d): no product with M is needed.
 #ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 #define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 

@@ -5,7 +5,9 @@
 // Cost: 0.5 sum rho(|reprojection|^2) over measurements
 //   + 0.5 sum |state prior|^2 over segments (speed, acceleration)
 //   + 0.5 sum |offset / prior sigma|^2 over constant detector offsets, if any
-//   + 0.5 sum |change / prior sigma|^2 over cameras + the gauge.
+//   + 0.5 sum n |(change - mean) / prior sigma|^2 over cameras + the gauge,
+// with n BundleOptions::samples_at_once (1 for clocks) and a mean of zero
+// except for BundleOptions::focal_prior.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_
 
@@ -29,9 +31,9 @@ struct BundleOptions {
   double centre_sigma_m = 0.1;
   double shift_sigma_px = 30.0;
   double focal_sigma = 0.05;
-  // Mean of the prior on log(focal length / focal length of `cameras`), one per
-  // view: not zero if the prior is centred on another value than the start.
-  // Empty: all zero.
+  // Mean of the prior on the focal change (kFocalAt), one per view: not zero if
+  // the prior is centred on a focal length other than that of the `cameras` of
+  // AdjustBundle. Empty: all zero.
   std::vector<double> focal_prior;
   double lens_sigma = 0.3;  // k1, k2
   double offset_sigma_s = 0.5;

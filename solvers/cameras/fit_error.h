@@ -16,8 +16,8 @@ namespace kinegraph {
 // How well given cameras explain a recording: each segment's state is estimated
 // with them, and its residuals are summed in short time bins.
 struct FitError {
-  // Larger errors of a measurement count as this [px], and so does a joint
-  // without an image.
+  // Upper bound of the error of a measurement [px], and the error where the
+  // joint has no image.
   static constexpr double kMostPx = 30.0;
   // Sums of min(|residual|, kMostPx) and counts, [view, bin].
   Eigen::ArrayXXd sum_px;

@@ -56,7 +56,7 @@ struct MotionSegment {
 struct SegmentOptions {
   double span_s = 0.2;      // longest segment; at least one frame
   int max_segments = 1500;  // spread evenly over the recording
-  double sigma_px = 6.0;    // at 1000 px of focal length and 4 m
+  double sigma_px = 6.0;    // at focal length 1000 px, 4 m, confidence 1
   double min_sigma_px = 1.0;
   double min_confidence = 0.3;
   double velocity_sigma_mps = 5.0;

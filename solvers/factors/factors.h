@@ -18,7 +18,7 @@ inline constexpr double kNearestDepthM = 0.1;
 // A joint's pixel in one view:
 // r = (project(view, p + offset v) - u) / sigma_px                       [2]
 //
-// Key: state [p; v] [m, m/s]. `px` u is a raw pixel; `project` includes the
+// Key: state [p; v] [m, m/s]. u (`px`) is a raw pixel; `project` includes the
 // lens. `offset_s` is the view's own capture time minus the frame's time. The
 // sigma is constant: a state-dependent one would lower the cost of states that
 // increase it.

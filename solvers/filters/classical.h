@@ -76,10 +76,10 @@ std::vector<FilterSection> ButterworthLowPass(int order, double cutoff_hz,
 double TwoPassCutoff(int order, double cutoff_hz, double rate_hz);
 
 // Filters forwards, then backwards: no phase shift, squared gain. The ends are
-// continued by `padding` samples of odd reflection, 2 x(0) - x(k), but fewer
-// than there are samples, and each pass starts in steady state for its first
-// value (Gustafsson 1996; as in scipy.signal.filtfilt, whose padding for one
-// filter of order n is 3 (n + 1)).
+// continued by odd reflection, 2 x(0) - x(k), over `padding` steps (at most the
+// number of values minus one), and each pass starts in steady state for its
+// first value (Gustafsson 1996; as in scipy.signal.filtfilt, whose padding for
+// one filter of order n is 3 (n + 1)). A single value is unchanged.
 Samples FiltFilt(const std::vector<FilterSection>& sections,
                  const Samples& values, int padding);
 

@@ -216,8 +216,8 @@ SegmentEstimate StudentTSmoother(const PointModel& model,
 }
 
 PointModel ModelOf(const KalmanOptions& options, JointClass joint_class) {
-  // Power of the white noise, on acceleration and on jerk, as multiples of the
-  // graph's.
+  // Power of the white noise on acceleration or on jerk, as a multiple of
+  // graph.process_noise.
   constexpr double kOfAcceleration = 0.5;
   constexpr double kOfJerk_per_s2 = 25.0;
   const double power = options.process_noise[static_cast<int>(joint_class)];

@@ -36,12 +36,12 @@ SegmentEstimate RtsSmoother(const PointModel& model,
 // The smoother with heavy-tailed measurements: Student's t of four degrees of
 // freedom around the position, with the samples' covariances as scales. By
 // variational Bayes (Agamennoni, Nieto and Nebot, Approximate Inference in
-// State-Space Models With Heavy-Tailed Noise, 2012): each sample's covariance
+// State-Space Models With Heavy-Tailed Noise, 2012): each sample's covariance R
 // is divided by its weight
 //   w = (4 + 3) / (4 + e' R^-1 e + tr(R^-1 P))
-// with the smoothed position's error e and covariance P, until no weight
-// changes by 1e-6 or more, or 50 times. Wrong samples lose their weight; none
-// is rejected.
+// with e the sample minus the smoothed position and P the position's
+// covariance. Repeated until no weight changes by 1e-6 or more, at most 50
+// times. Wrong samples lose their weight; none is rejected.
 SegmentEstimate StudentTSmoother(const PointModel& model,
                                  const JointSegment& segment);
 

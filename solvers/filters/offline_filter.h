@@ -26,8 +26,8 @@ namespace kinegraph {
 // cut-offs, weighted by number of frames.
 //
 // Last() is the newest initial pose and Predict() returns the same positions as
-// inferred joints, so it should not be used for association. Throws OptionError
-// for bad options; Finish() passes on exceptions of `filter`.
+// inferred joints, so the estimator should not be used for association. Throws
+// OptionError for bad options; Finish() passes on exceptions of `filter`.
 std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
     JointPoints points, SegmentFilter filter);

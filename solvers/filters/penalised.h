@@ -1,7 +1,7 @@
 // Smoothers that balance misfit against roughness: Whittaker-Henderson, the
-// quintic smoothing spline, l1 trend filtering. Lambdas refer to time in frames
-// (mean steps between samples, for Whittaker-Henderson between all times),
-// whatever the unit of `times`.
+// quintic smoothing spline, l1 trend filtering. Lambdas refer to time in
+// frames, whatever the unit of `times`: a frame is the mean step between
+// samples or, for Whittaker-Henderson, between all times.
 #ifndef KINEGRAPH_SOLVERS_FILTERS_PENALISED_H_
 #define KINEGRAPH_SOLVERS_FILTERS_PENALISED_H_
 

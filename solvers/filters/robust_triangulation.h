@@ -18,7 +18,8 @@ struct PixelPoint {
   double sigma_px = 1.0;
 };
 
-// Views with a lower weight do not support a point.
+// Views with a lower weight do not support a point (the default of
+// GraphOptions::inlier_weight).
 inline constexpr double kInlierWeight = 0.25;
 
 struct RobustPoint {

@@ -1,5 +1,6 @@
 // A person's factors: the factors of each joint, from
-// solvers/factors/factors.h, and the factors that couple joints. Covariances of
+// solvers/factors/factors.h, and the bones between joints, but not
+// PersonProblem::prior and the user's factors, whose sizes vary. Covariances of
 // coupled joints, marginalisation and the couplings of the block-tridiagonal
 // solver iterate over this list, and Ceres takes its factors from it;
 // solvers/block_tridiagonal/chain_kernel.h iterates over the joints' factors in
@@ -136,7 +137,7 @@ bool ForEachFactor(const PersonProblem& problem, size_t joint,
   return true;
 }
 
-// The factors that couple a person's joints.
+// The bones, which couple a person's joints.
 template <typename Visit>
 bool ForEachCoupling(const PersonProblem& problem, const FactorWalk& walk,
                      Visit&& visit) {

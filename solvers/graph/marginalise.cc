@@ -262,8 +262,8 @@ void AddUser(const PersonProblem& problem, TwoFrames* frames) {
 // first frame's states are not determined.
 bool EliminateFirst(TwoFrames* frames) {
   // Adds the bound of the Schur complement's rounding error (n products are
-  // subtracted from each entry). Otherwise the information of a joint that was
-  // not seen for very long could become negative.
+  // subtracted from each entry). Otherwise the information of a joint that has
+  // been out of view for a very long time could become negative.
   auto second = frames->second.inside();
   const double size = static_cast<double>(second.rows());
   second.diagonal() *= 1.0 + size * std::numeric_limits<double>::epsilon();

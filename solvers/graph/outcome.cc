@@ -27,7 +27,7 @@ JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s) {
   if (!ever_two_views) return JointStatus::kMissing;
   if (inlier_views >= 2) return JointStatus::kObserved;
-  // Half a millisecond of tolerance: frame times are rounded to nanoseconds.
+  // Far above the rounding of frame times (1 ns), far below a frame interval.
   constexpr double kSlack = 5e-4;
   return nearest_support_s <= bridging_limit_s + kSlack ? JointStatus::kInferred
                                                         : JointStatus::kMissing;

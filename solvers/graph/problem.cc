@@ -98,8 +98,8 @@ std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
     for (const UserState& state : user.states) {
       if (state.joint < 0 || state.joint >= joint_count) {
         throw OptionError(kWhere, "found joint " + std::to_string(state.joint) +
-                                      ", expected one of " +
-                                      std::to_string(joint_count));
+                                      ", expected 0 to " +
+                                      std::to_string(joint_count - 1));
       }
       const int furthest = frame.has_previous ? 1 : 0;
       if (state.frames_back < 0 || state.frames_back > furthest) {

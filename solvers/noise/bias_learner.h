@@ -52,8 +52,8 @@ struct BiasSums {
   // Equivalent number of independent observations, to be compared with the
   // prior's: at most `observations`, because successive errors are correlated.
   double independent = 0.0;
-  // By view, up to the last view seen: the effect S (whitened) of a one-pixel
-  // shift of this camera's images.
+  // By view, up to the last view seen: the terms of a shift of this camera's
+  // images, with S the whitened effect of a shift of one pixel.
   struct OfView {
     Eigen::Matrix<double, kBiasSize, 2> cross =
         decltype(cross)::Zero();                     // D' S

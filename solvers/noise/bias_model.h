@@ -6,12 +6,13 @@
 //   p]
 //
 // f / z: focal length [px] over depth [m]. p: azimuth of the camera in the
-// body's frame, positive towards the joint's side; e: the component along the
-// trunk of the unit vector from the joint to the camera. e_along is the unit
-// vector along the trunk's image, e_across is perpendicular to it; s is -1 for
-// joints of the right side and 1 for all others, so that left and right share
-// the coefficients C [m], 2x10: rows across and along. Joints of the head use
-// the head's axes instead of the trunk's.
+// body's frame, positive towards the joint's side (towards the left for joints
+// without a side); e: the component along the trunk of the unit vector from the
+// joint to the camera. e_along is the unit vector along the trunk's image,
+// e_across is perpendicular to it; s is -1 for joints of the right side and 1
+// for all others, so that left and right share the coefficients C [m], 2x10:
+// rows across and along. Joints of the head use the head's axes instead of the
+// trunk's.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
 

@@ -123,8 +123,9 @@ LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
   return fit;
 }
 
-// For a bone not much longer than the noise. |d|^2 - tr N of an observation has
-// the variance 4 L^2 v + 2 tr N^2 around L^2, with v along the bone.
+// For a bone not much longer than the noise. |d|^2 - tr N of an observed vector
+// d between the ends has the variance 4 L^2 v + 2 tr N^2 around L^2, with N the
+// covariance of the noise and v its variance along the bone.
 LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
                            double scale) {
   constexpr double kFar = 4.0;  // sigmas
@@ -168,8 +169,8 @@ LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
   return fit;
 }
 
-// Whether the noise across the bone lengthens it by more than a twentieth;
-// beyond that the second-order expansion is insufficient.
+// Whether noise may lengthen the bone by more than a twentieth (at most by
+// tr N / (2 L)); beyond that the second-order expansion is insufficient.
 bool IsNoisy(const std::vector<BoneObservation>& looks, double scale) {
   constexpr double kMost = 0.1;  // tr N / L^2
   const double noise = QuantileOf(looks, 0.5, [&](const BoneObservation& look) {

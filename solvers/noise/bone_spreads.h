@@ -43,8 +43,9 @@ struct BoneEstimate {
 // observations, which are correlated. A constant error does not appear in the
 // deviations; SetLasting accounts for it. If the noise is not small compared
 // with the bone, the observed distances are biased; then their squares minus
-// the noise's variance are used, because E |d + e|^2 = L^2 + tr N, and the
-// spread is unobservable. A bone's spread is shrunk towards the mean of the
+// the noise's variance are used, because E |d + e|^2 = L^2 + tr N with d the
+// vector between the ends and N the covariance of its noise e, and the spread
+// is unobservable. A bone's spread is shrunk towards the mean of the
 // person's bones, more strongly the less these differ: small variations are
 // hard to estimate from one bone. The length combines the bone's observations,
 // those of the same bone on the other side (standard deviation of the

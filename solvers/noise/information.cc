@@ -254,7 +254,7 @@ class MotionSmoother {
     }
   }
 
-  // Smooths in place; NaN for missing values.
+  // Smooths in place; missing values are NaN on entry.
   void Smooth(std::vector<Vector3d>* values) const {
     using Motion = Eigen::Matrix<double, 2, 3>;  // position, velocity
     std::vector<Motion> predicted, filtered;

@@ -27,7 +27,7 @@ namespace kinegraph {
 // Errors near w_c matter most, so S0 = S(w_c), which makes w_c a fixed point.
 // The information of each observation is divided by S(w_c); the divisor is at
 // least 1. `near`: a starting value for the fixed-point iteration, such as the
-// divisor of the previous frame (0: none).
+// divisor that an earlier call returned for the same frame (0: none).
 double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
                           double process_noise, double variance_m2,
                           double near = 0.0);

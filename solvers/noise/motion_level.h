@@ -1,6 +1,6 @@
-// Estimates the level of process noise of each group of joints, for the
-// recording and by frame, from the likelihoods of Kalman filters that differ in
-// their process noise.
+// Estimates the level of process noise, for each class of joints over the
+// recording and for each group of joints by frame, from the likelihoods of
+// Kalman filters that differ in their process noise.
 #ifndef KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 

@@ -58,9 +58,9 @@ class PersonNoise {
   void DropFirstFrame();
 
   // Writes process noise, and sigmas and information, to all frames of
-  // `problem`, which must be the kept frames; each only if the options say that
-  // it is learnt. For a whole recording it may be called once only; nothing is
-  // learnt afterwards.
+  // `problem`, which must be the kept frames; each only if its source in the
+  // options is NoiseFrom::kRecording. For a whole recording it may be called
+  // once only; nothing is learnt afterwards.
   void Apply(PersonProblem* problem);
   // Moves out the noise applied to a whole recording.
   AppliedNoise ExtractApplied();
@@ -68,15 +68,16 @@ class PersonNoise {
   // same person: frame k, at times[k], has the noise of frame frame_of[k].
   void Adopt(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
              const std::vector<TimeNs>& times);
-  // After Adopt: learns the motion in frames `begin` .. `end` - 1 again, from
-  // frames `from` .. `to` - 1, which include them; all other adopted noise is
-  // unchanged.
+  // After Adopt: learns the motion and the points' variances in frames `begin`
+  // .. `end` - 1 again, from frames `from` .. `to` - 1, which include them; all
+  // other adopted noise is unchanged.
   void LearnMotionAgain(const PersonProblem& recording, size_t from, size_t to,
                         size_t begin, size_t end);
 
   // Factor by which to multiply the solver's covariance of a joint in frame `k`
-  // of the problem last passed to Apply. If the joint is not `observed`, the
-  // learnt ratios of noise and lag are not applied.
+  // of the problem last passed to Apply; 1 if pixel noise is not learnt. If the
+  // joint is not `observed`, the learnt ratios of noise and lag are not
+  // applied.
   double CovarianceFactorOf(int joint_idx, size_t k, bool observed);
 
   LearntNoise Learnt() const;

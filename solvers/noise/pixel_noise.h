@@ -37,11 +37,11 @@ struct TriangulationResiduals {
   }
 };
 
-// Factor of the modelled sigma, by class of joint. For n views with 2 n - 3
-// degrees of freedom, the 0.3 quantile of the squares is matched, because
-// outliers hardly affect low quantiles. Classes with few observations are
-// shrunk towards the person's scale, and this towards 1. Uses bins of 2 % of
-// sigma, so memory does not grow and the result is available at any time.
+// Factor of the modelled sigma, by class of joint. The 0.3 quantile of the
+// squares is matched to that of chi-square, with 2 n - 3 degrees of freedom for
+// n views; outliers hardly affect low quantiles. Classes with few observations
+// are shrunk towards the person's scale, and this towards 1. Uses bins of 2 %
+// of sigma, so memory does not grow and the result is available at any time.
 class NoiseScales {
  public:
   NoiseScales();
@@ -113,10 +113,10 @@ void CollectSquares(const JointChain& chain,
                     const std::vector<Matrix6d>& covariances, size_t begin,
                     size_t end, std::vector<double>* squares);
 
-// The scale at which `squares` are the squared norms of standard normal
-// 2-vectors, without outliers: starts with the median, then uses the mean of
-// the values within three sigmas. Shrunk towards 1 for small numbers, limited
-// to 1/4 .. 4.
+// The factor on all sigmas after which `squares`, the squared norms of whitened
+// residuals, are those of standard normal 2-vectors, except for outliers:
+// starts with the median, then uses the mean of the values within three sigmas.
+// Shrunk towards 1 if there are few values, limited to 1/4 .. 4.
 double EstimateNoiseScale(std::vector<double> squares);
 
 // Multiplies all sigmas.

@@ -36,9 +36,9 @@ namespace {
 constexpr double kStatureM = 1.7;
 // Standard deviation [m], per axis, of a detector's persistent error of one
 // joint of one person in one view, for people 1.7 m tall. For OpenPose's joints
-// the median distance, 1.18 sigma, is 6 to 14 mm. For larger errors only the
-// weights depend on it: the covariance has the recording's own
-// (ReducedSystem::AddPrior).
+// the median distance, 1.18 sigma, is 6 to 14 mm. If errors are larger, only
+// the weights of the fit depend on this value: the covariance uses the variance
+// estimated from the recording (ReducedSystem::AddPrior).
 constexpr double kLastingOffsetM = 0.007;
 // For people, factor on the fit's variances, which assume independent motion
 // segments with equal noise; accounts for outliers, heavy tails and occluded
@@ -192,8 +192,8 @@ double SizeOf(const CameraRig& cameras) {
   return 2.0 * std::sqrt(squares);
 }
 
-// Probability that all views keep the error bounds that `calibrated` promises,
-// as the fraction of errors drawn from the covariance that do.
+// Probability that all views keep the error bounds that `calibrated` promises:
+// the fraction of draws from the covariance that keep them.
 double LikelyRight(const Eigen::MatrixXd& covariance,
                    const std::vector<std::vector<int>>& of_views,
                    double size_m) {
@@ -516,8 +516,9 @@ class RigEstimate {
       options.lasting_offset_m = kLastingOffsetM;
       options.segments.tapered = true;
     }
-    // If priors were not balanced with people's persistent errors, lenses would
-    // absorb these.
+    // The fit overestimates the information of correlated errors by this
+    // factor, so priors are weighted by it too; otherwise lenses would absorb
+    // the persistent errors of people's joints.
     options.samples_at_once = samples_at_once_;
     options.max_iterations = kFitIterations;
     return options;
@@ -871,10 +872,10 @@ class RigEstimate {
     Verdict(sure);
   }
 
-  // Whether each view of the recording is placed only by pairs that
-  // `is_undecided`: the other pairs that agree with the rig do not connect it
-  // with more than half of the views. False for views without any pair that
-  // agrees.
+  // Whether each view of the recording is placed only by pairs for which
+  // `is_undecided` returns true: the other pairs that agree with the rig do not
+  // connect it with more than half of the views. False for views without any
+  // pair that agrees.
   std::vector<char> PlacedOnlyBy(bool (PairFit::*is_undecided)() const) const {
     constexpr double kSameS = 0.25;  // as in PairFit::rival
     constexpr double kSameRad = 20.0 / kDegPerRad;
@@ -1085,7 +1086,8 @@ class RigEstimate {
                : "";
   }
 
-  // The cameras, with view `v` fitted to one side of its step.
+  // The cameras, with view `v` fitted to one side of its step; nullopt if the
+  // fit fails.
   std::optional<CameraRig> FitToSide(size_t v, const ViewStep& step,
                                      bool worse) const {
     SceneSegments side = segments_;

@@ -49,9 +49,9 @@ struct LeftOutPx {
   double people = 0.0;
 };
 
-// Accuracy of one view.
+// Accuracy and clock of one view.
 struct RigView {
-  bool joined = false;
+  bool joined = false;              // to the rig: its camera was estimated
   double rotation_sigma_deg = 0.0;  // along the least certain axis
   double centre_sigma_m = 0.0;      // likewise
   double clock_s = 0.0;  // to be added to its capture times; 0 for the first

@@ -159,7 +159,7 @@ class Joiner {
   }
 
   // Relative pose and lag of the pair's views in the rig, with the pair's
-  // matches.
+  // matches. `length`: of the baseline, in the rig's unit.
   PairFit InRig(const PairFit& pair, double* length) const {
     PairFit in_rig = pair;
     const Pose& a = poses_[pair.a];
@@ -210,7 +210,8 @@ class Joiner {
     const std::vector<double> lengths = LengthsByDepth(edge);
     constexpr size_t kLeast = 40;
     if (lengths.size() >= kLeast) return std::exp(Median(lengths));
-    // Too few joints are seen by three views: assumes the same body size.
+    // Too few joints are seen by three views: the bodies are assumed to be as
+    // large as those of the first pair.
     const double body = BodyOf(tracklets_, edge, bones_);
     return body > 0.0 && body_ > 0.0 ? body_ / body : 1.0;
   }

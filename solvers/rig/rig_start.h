@@ -27,9 +27,11 @@ struct RigStart {
 };
 
 struct RigSearch {
-  double focal_sigma = 0.0;     // as in RigInput
-  double longest_lag_s = 10.0;  // 0: the views are synchronised
-  int attempt = 0;              // as in PairSearchOptions
+  double focal_sigma = 0.0;  // as in RigInput
+  // At most two fifths of the recording are searched. 0: the views are
+  // synchronised.
+  double longest_lag_s = 10.0;
+  int attempt = 0;                                    // as in PairSearchOptions
   std::function<void(int done, int total)> progress;  // may be empty
 };
 

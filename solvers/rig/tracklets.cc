@@ -244,7 +244,7 @@ std::vector<int> MiddleOf(const std::vector<int>& joints,
 }
 
 // The upward direction in each view's image: the mean direction from hips to
-// shoulders.
+// shoulders, or -y if none were found.
 std::vector<Eigen::Vector2d> UpInViews(
     const std::vector<ViewTracklet>& tracklets, const std::vector<int>& joints,
     const Skeleton& skeleton, int view_count) {

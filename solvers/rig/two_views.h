@@ -44,9 +44,9 @@ RelativePose WithMostInFront(const std::vector<PointPair>& pairs,
 double RobustCost(const std::vector<PointPair>& pairs, const RelativePose& pose,
                   double scale);
 
-// The normalised eight-point algorithm for eight or more pairs. nullopt if the
-// pairs do not determine a pose, because all points are coplanar or there is no
-// baseline.
+// The normalised eight-point algorithm. nullopt for fewer than eight pairs and
+// for pairs that do not determine a pose, because all points are coplanar or
+// there is no baseline.
 std::optional<RelativePose> EightPoint(const std::vector<PointPair>& pairs,
                                        double magnification);
 
@@ -55,10 +55,10 @@ std::optional<RelativePose> EightPoint(const std::vector<PointPair>& pairs,
 std::optional<Eigen::Vector2d> DepthsOf(const RelativePose& pose,
                                         const PointPair& pair);
 
-// Minimises the robust Sampson distances from `start` on (Levenberg-Marquardt
-// over rotation, direction and, unless `focal_sigma` is 0, the logarithm of the
-// magnification with a normal prior of this sigma). `scale`: of the Cauchy
-// loss, in units of the person's size.
+// Minimises the robust Sampson distances, beginning at `start`
+// (Levenberg-Marquardt over rotation, direction of t and, unless `focal_sigma`
+// is 0, the logarithm of the magnification with a normal prior of this sigma).
+// `scale`: of the Cauchy loss, in units of the person's size.
 RelativePose RefinePose(const std::vector<PointPair>& pairs,
                         const RelativePose& start, double scale,
                         double focal_sigma);

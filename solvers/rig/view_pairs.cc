@@ -331,8 +331,8 @@ class PairSearch {
     }
   }
 
-  // The sample has kOfOne `times` points of one match or kOfTwo `times` of each
-  // of two.
+  // kOfOne * `times` points of one match, or kOfTwo * `times` points of each of
+  // two matches.
   std::vector<PointPair> Sample(const std::vector<Candidate>& candidates,
                                 const std::vector<double>& sums, int times) {
     const int of_one = kOfOne * times;
@@ -397,7 +397,7 @@ class PairSearch {
     return best;
   }
 
-  // Tries every frame near the coarse lag, with more points.
+  // Tries every lag within one sample of the coarse lag, with more points.
   Explanation WithExactLag(const Explanation& coarse) const {
     Explanation best;
     best.score = -1.0;
@@ -413,10 +413,10 @@ class PairSearch {
     return best;
   }
 
-  // The best explanation with another pose in which the longest match of `best`
-  // (from WithExactLag) is replaced: people who move alike, as two who dance
-  // face to face, can be exchanged. Of the two explanations TryLag usually
-  // finds only one.
+  // The best explanation with another pose in which tracklet a of the longest
+  // match of `best` (from WithExactLag) has another partner: people who move
+  // alike, such as two who dance face to face, can be exchanged. Of the two
+  // explanations TryLag usually finds only one.
   Explanation Exchanged(const Explanation& best) {
     constexpr int kExchangeDraws = 240;
     constexpr double kLeastShare = 0.2;  // of the time of the longest match

@@ -32,9 +32,9 @@ struct PairFit {
   int lag = 0;  // frame k of view a is simultaneous with k + lag of view b
   RelativePose pose;
   std::vector<TrackletMatch> matches;
-  // Sum over the matches of their duration [s] times the excess of their gain,
-  // on joints and frames that were held out of the fit, over the gain of
-  // unrelated joints by chance.
+  // Sum over the matches of duration [s] times gain minus chance: the gain on
+  // joints and frames that were held out of the fit, minus the gain that
+  // unrelated joints have by chance.
   double evidence = 0.0;
   // The evidence of the best different explanation, i.e. with a lag that
   // differs by more than 0.25 s or a rotation that differs by more than 20
@@ -52,9 +52,9 @@ struct PairFit {
   // simulated people who walk in circles at a constant speed at least 0.93.
   bool is_undecided() const { return rival >= 0.8 * evidence; }
   // Whether another pose at this lag, with people exchanged, explains nearly as
-  // much. In simulated rooms that pose has typically a tenth of the evidence
-  // and at most 0.6 to 0.7 of it; for two people who do the same face to face
-  // it has 0.7 and more.
+  // much. In simulated rooms that pose typically has a tenth of the evidence
+  // and at most 0.6 to 0.7 of it; with two people who make the same movements
+  // face to face it has 0.7 or more.
   bool is_pose_undecided() const { return rival_pose >= 0.67 * evidence; }
 };
 

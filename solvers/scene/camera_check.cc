@@ -89,9 +89,11 @@ struct Residuals {
   std::vector<Eigen::Vector2d> px_per_s;
   std::vector<double> squared_mps;
 
-  // `state` is estimated from the other views. The velocity is taken from the
-  // estimate of all views, because it does not depend on this view's mean error
-  // over the segment.
+  // `state` is estimated from the other views, and `factor` is 1; with only two
+  // views it is estimated from both, and `factor` is 2 (ResidualsOf). The
+  // velocity is that of the estimate from all views, because it does not depend
+  // on this view's mean error over the segment. `own`: the measurements of this
+  // view.
   void Add(const Camera& camera, const MotionSegment& segment,
            const SegmentState& state,
            const std::vector<SegmentMeasurement>& own, double factor) {

@@ -27,7 +27,8 @@ constexpr double kCloser = 0.85;
 // The same for single views, over the pairs with this view: for one of five
 // views with a lag of three frames at 25 Hz, the reduction is 10 to 28 % if
 // some people stand still and errors are 8 px; with misoriented cameras it is
-// at most 8 % at any lag. Verified on more frames than the search uses.
+// at most 8 % at any lag. This is tested on more frames (kFramesToJudge) than
+// the search uses.
 constexpr double kOneCloser = 0.91;
 constexpr int kFramesToJudge = 120;
 // Maximum number of comparisons of two people, about two seconds. If even two
@@ -227,9 +228,9 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   if (views < 2) return search;
   const auto count = static_cast<int>(ideal[0].frames.size());
   const int reach = std::min(max_lag, count / 3);
-  // For a large range of lags, i.e. at high frame rates, lags are tried in
-  // steps of max_lag / 200 (a twentieth of a second for the default of ten
-  // seconds), in which people hardly move, and of at least three frames.
+  // A large range of lags, i.e. at a high frame rate, is searched in steps of
+  // max_lag / 200, but at least three frames. For the default of ten seconds
+  // this is a twentieth of a second, in which people hardly move.
   int step = max_lag > 300 ? std::max(3, max_lag / 200) : 1;
   const int lags_tried = 2 * reach / step + 1;
   const std::vector<int> searched =

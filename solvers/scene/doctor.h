@@ -1,5 +1,5 @@
-// Finds what is wrong with a calibration and the clocks of a recording, from
-// calibration and 2D detections alone, and with what confidence.
+// Finds errors of a calibration and of a recording's clocks, from the
+// calibration and the 2D detections alone, with a confidence for each finding.
 //
 // First, without tracking, searches the reading (interpretation) of the files
 // and the lags under which the views agree; then, with the tracker's matches
@@ -55,7 +55,7 @@ struct Finding {
   std::string kind;         // "unit", "convention", "lens", "shift", ...
   std::string camera;       // the view's camera; empty: all cameras
   double confidence = 0.0;  // 0 .. 1; divided among findings that fit equally
-  double before_px = 0.0;   // residual with the calibration as read
+  double before_px = 0.0;   // residual before the fix; 0: not measured
   double after_px = 0.0;    // with the fix
   std::string fix;          // a command, a flag, or what to do
   std::string evidence;     // a sentence, with figures
@@ -82,7 +82,8 @@ struct Diagnosis {
   DoctorVerdict verdict = DoctorVerdict::kSound;
   std::vector<Finding> findings;  // in the order in which they were found
   CameraRig cameras;              // corrected, one per view of DoctorInput
-  double stature_m = 0.0;         // of the people, as read; 0: unknown
+  // Stature of the people, before the unit is corrected; 0: unknown.
+  double stature_m = 0.0;
   // Further observations: statures, matches, residuals. One sentence each.
   std::vector<std::string> notes;
 };

@@ -18,7 +18,7 @@ namespace {
 
 // Fractions of the subject's size (1.7 m for a person). Persistent biases of
 // detectors by joint: medians of 10 to 39 mm, 90th percentiles of 30 to 86 mm.
-constexpr double kLeastBias = 0.007;  // of the mean over joints
+constexpr double kLeastBias = 0.007;  // averaged over joints
 constexpr double kUsualBias = 0.015;  // typical of one joint
 constexpr double kBeyondBias = 0.09;  // exceeds the bias of any joint
 // Spread of the positions, also relative to the size, above which people count

@@ -137,8 +137,9 @@ std::vector<ShownFrames> FramesShown(const DetectionSequence& detections) {
 }
 
 // What to subtract from each view's frame numbers so that all views have common
-// frames: zero, except for views that share no frame with the view that
-// overlaps most others (the first such view).
+// frames: zero, except for views that share no frame with the reference, the
+// view that overlaps most others (the first of equals). Such views then begin
+// with the reference.
 std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
   const ShownFrames* reference = nullptr;
   std::ptrdiff_t most = 0;

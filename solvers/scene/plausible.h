@@ -49,8 +49,8 @@ inline constexpr double kLongestLagS = 10.0;
 inline constexpr int kEnoughDetections = 20;
 
 // Whether a view has practically no matches: at most a fifth of its detections
-// are matched, and so few that a view in which each detection is matched with
-// probability 1/2 would have no more in at most one of a hundred recordings.
+// are matched, and that few or fewer would have a probability of at most 1 % if
+// each detection were matched with probability 1/2.
 inline bool HardlyAny(int64_t matched, int64_t all) {
   constexpr double kShare = 0.2;
   constexpr double kChance = 0.01;

@@ -177,9 +177,9 @@ std::optional<Eigen::Vector3d> PlacedJoint(const PlacedPerson& person,
                                            const Skeleton& skeleton,
                                            const std::string& name);
 
-// Stature [m] of the people seen, from trunk, thigh and shank of the people on
-// whom two views agree: the median, and the number of measurements (one per
-// side of a body; none if the skeleton is not human). Joints are found by name.
+// Stature [m] of the people on whom two views agree, from trunk, thigh and
+// shank: the median, and the number of measurements (one per side of a body;
+// none if the skeleton is not human). Joints are found by name.
 struct Stature {
   double median_m = 0.0;
   int count = 0;

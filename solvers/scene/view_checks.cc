@@ -219,7 +219,8 @@ struct OtherImage {
   }
 };
 
-// x = scale * p + offset, by least squares.
+// x = scale * p + offset, by least squares: p is the projection of a placed
+// joint, x its pixel in the detection.
 struct ImageFit {
   double scale = 1.0;
   Eigen::Vector2d from = Eigen::Vector2d::Zero();  // mean of p
@@ -370,7 +371,8 @@ std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
   std::optional<OtherImage> best;
   for (size_t v = 0; v < cameras.size(); ++v) {
     const PairAgreement before = set_up.WithOthers(v);
-    // A view that agrees better than the average was not scaled.
+    // A view that agrees better than the average was neither scaled nor
+    // cropped.
     if (before.score() > set_up.agreement.score()) continue;
     std::vector<ImageFit> fits;
     for (const PlacedPerson& person : people) {
@@ -603,7 +605,7 @@ std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   if (!image.has_value()) return std::nullopt;
   const Camera& camera = set_up.cameras[image->view];
   // A slightly rotated camera has the same effect; a shift of more than a tenth
-  // of the image is too large for a rotation that nobody noticed.
+  // of the image's width is too large for an unnoticed rotation.
   const double share = image->offset_px.norm() / ImageWidth(camera);
   const bool either = !image->scaled() && share <= 0.1;
   std::string what;

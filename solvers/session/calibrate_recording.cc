@@ -183,8 +183,8 @@ class Finisher {
         result_->ground.value_or(Turning(diagonal, Eigen::Vector3d::UnitZ())));
   }
 
-  // Derivative of the logarithm of the distance of the two cameras of the known
-  // length with respect to each parameter.
+  // Gradient of log(distance), the distance being that of the two cameras of
+  // the known length, with respect to all parameters.
   Eigen::VectorXd LogDistance(Eigen::Index size) const {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
     const Eigen::Vector3d apart =

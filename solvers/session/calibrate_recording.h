@@ -59,7 +59,8 @@ struct RecordingCalibration {
 };
 
 // Throws InputError if a joint or view of the known length does not exist or a
-// view of it was not joined to the rig, and what PrepareScene throws.
+// view of it was not joined to the rig, and what PrepareScene and EstimateRig
+// throw.
 RecordingCalibration CalibrateRecording(const RunOptions& options,
                                         const CalibrationInput& input,
                                         const DetectionSequence& detections);

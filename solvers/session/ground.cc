@@ -235,7 +235,8 @@ Eigen::Vector2d SlopeOf(const Eigen::Vector3d& up) {
 }
 
 // Fits the floor robustly in a nearly upright world: feet on steps and chairs
-// have little weight.
+// have little weight. `body`: the upward direction according to people's poses;
+// `axis`: an axis of the original world that may be vertical, or null.
 Floor FitFloor(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
                const Eigen::Vector3d* axis) {
   constexpr double kSigmaM = 0.03;  // of a stand's height

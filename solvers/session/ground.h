@@ -29,7 +29,8 @@ struct Ground {
 
 // `frames`: tracks in metres, ascending. nullopt if there are too few positions
 // of resting feet, or no pose with both shoulders and both ankles. Assumes that
-// shoulders are on average above ankles.
+// shoulders are above ankles on average, unless Stance determines another
+// vertical, as for people who lie.
 std::optional<Ground> GroundOf(const TrackHeader& header,
                                const std::vector<TrackFrame>& frames);
 

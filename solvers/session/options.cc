@@ -165,8 +165,8 @@ DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
 }
 
 EstimatorFactory FeedbackOf(const RunOptions& options) {
-  // A replay (core/tracking/replay.h) makes estimators for one person after the
-  // other, with all cameras and without one; they must not share learnt data.
+  // A replay (core/tracking/replay.h) makes estimators for one person after
+  // another, also with one camera left out; they must not share learnt data.
   EstimatorOptions alone = options.estimators;
   alone.graph.view_bias = ViewBiasUse::kOff;
   return MakeEstimators(alone).feedback;

@@ -173,7 +173,7 @@ ReadyRecording RefineRecording(const RunOptions& options,
                 &refinement);
   }
   for (size_t v = 0; v < lags.size(); ++v) {
-    // The fit saw frames that were already shifted by the lags.
+    // The fit used frames that were already shifted by the lags.
     refinement.changes[v][kOffsetAt] -= lags[v] / rate_hz;
   }
   scale.IntoWorld(&refinement);

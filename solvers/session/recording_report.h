@@ -62,8 +62,8 @@ struct RecordingReport {
   std::string skeleton;
   double median_px = 0.0;  // over all cameras
   double p90_px = 0.0;
-  // The largest number such that a view shows at least so many people in at
-  // least 5 % of the frames; at most 63.
+  // The largest n such that some view shows n or more people in at least 5 % of
+  // the frames; at most 63.
   int most_people_in_a_view = 0;
   // Joints with a lower confidence were treated as absent (presence.h); 0: all
   // joints were used.

@@ -195,8 +195,8 @@ class Warnings {
               "{:.0f} % of a person's size in the image: calibration, pairing "
               "of views and cameras, or clocks may be wrong",
               report_->median_px, 100.0 * share));
-    // Few matches may be correct if views also show other people, such as
-    // patients in the other beds of a ward.
+    // A small share of matches is no error if views also show people whom no
+    // other view shows, such as patients in the other beds of a ward.
     AddIf(!facts_.views_examined && MatchedShare() < kMinMatched, "matched",
           fmt::format(
               "{:.0f} % of the detections belong to a tracked person: views "

@@ -351,8 +351,8 @@ struct Session::Impl {
     return false;
   }
 
-  // Identities of tracks of which a correction or the linking deleted frames,
-  // also after later edits renamed them; these tracks are not extended again.
+  // The tracks from which a correction or the linking deleted frames, by their
+  // identities after all edits; these tracks are not extended again.
   std::set<TrackId> Shortened() const {
     std::set<TrackId> people;
     for (const IdentityEdit& edit : edits_) {

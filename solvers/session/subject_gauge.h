@@ -63,10 +63,10 @@ class Limbs {
 // people, estimated from their limbs, or the median size of other subjects,
 // estimated from the distances between their joints. The scale is 1 for people
 // between 0.5 and 2.3 m and for subjects that cannot be measured. It is final
-// at the latest 10 s (but at least 30 frames) after the first frame in which
-// two views show a subject; a non-human subject that could not be measured by
-// then is forgotten, because it may have been a wrong detection, and the next
-// one is awaited.
+// at the latest 10 s, or 30 frames if these last longer, after the first frame
+// in which two views show a subject; a non-human subject that could not be
+// measured by then is forgotten, because it may have been a wrong detection,
+// and the next one is awaited.
 class SubjectGauge {
  public:
   // `cameras`: one per view of the frames. `stated_m`: the known size, or 0 if

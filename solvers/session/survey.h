@@ -61,9 +61,9 @@ struct RecordingSurvey : SurveyTrial {
 // Reads cameras and detections and tracks up to 250 frames from the first one
 // in which two views show people (if heights cannot be measured there, the 250
 // consecutive frames with the most joints): with the calibration's own unit
-// and, if people's heights are then implausible, with other units. Throws
-// InputError if something cannot be read or paired, or if the frame rate, which
-// is never guessed, is unknown.
+// and, if people's heights are then implausible or unknown, with other units.
+// Throws InputError if something cannot be read or paired, if there are no
+// frames, or if the frame rate, which is never guessed, is unknown.
 RecordingSurvey SurveyRecording(const SurveyRequest& request);
 
 }  // namespace kinegraph

@@ -27,8 +27,8 @@ struct UnfollowedPerson {
 class UnfollowedPeople {
  public:
   // `cameras` must outlive this object. `map`: for each joint of the tracks,
-  // the index of the same joint of the detections, or -1. Detections of fewer
-  // than `least_joints` are ignored.
+  // the index of the same joint of the detections, or -1. Detections with fewer
+  // than `least_joints` found joints are ignored.
   UnfollowedPeople(const CameraRig& cameras, std::vector<int> map,
                    int least_joints);
 

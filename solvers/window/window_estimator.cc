@@ -27,9 +27,9 @@ State Advance(const State& state, double dt_s) {
 }
 
 // Frames from one solve to the next. Results change at the rate of the motion,
-// not of the camera: from 120 frames per second on several frames share one
-// solve, with at least 60 solves per second, but none waits for longer than the
-// lag.
+// not of the camera: at 120 frames per second and more, several frames share
+// one solve, with at least 60 solves per second, but none waits for longer than
+// the lag.
 size_t SolveEvery(double frame_rate_hz, double lag_s) {
   constexpr double kSolveRateHz = 60.0;
   const double rounding = 1e-6;

@@ -11,9 +11,9 @@
 
 namespace kinegraph {
 
-// Every Add runs the whole schedule (MakeSchedule) on the window; from 120
-// frames per second on only every second, third, ... Add does, at least 60
-// times per second and once per graph.lag_s. A frame becomes final when it is
+// Add runs the whole schedule (MakeSchedule) on the window: every Add below 120
+// frames per second, every second, third, ... above, at least 60 times per
+// second and once per graph.lag_s. A frame becomes final when it is
 // graph.lag_s older than the newest, or will be before the next solve; it is
 // marginalised into a prior on its successor when the next frame arrives.
 // Memory does not grow with the length of the track. Last() is the estimate at

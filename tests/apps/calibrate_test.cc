@@ -58,7 +58,8 @@ TEST_F(CalibrateTest, RefusesUnwritableOutputPaths) {
   }
 }
 
-// The value 1, the default with --focal, must be distinguished from no flag.
+// Focal lengths of --cameras are exact unless --focal_error is given, even with
+// its default value of 1.
 TEST_F(CalibrateTest, FocalErrorOfOnePercentAppliesToCameras) {
   const std::string detections = DetectionsOf(8.0);
   const std::string flags = "--detections=" + detections +

@@ -1,6 +1,6 @@
 // A new user's steps with a recording of their own: init, track, report,
-// without a hand-written configuration. The recordings are synthetic, their
-// detector is modelled noise.
+// without a hand-written configuration. The recordings are synthetic, with
+// modelled detector noise.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -83,9 +83,10 @@ std::vector<OwnRecording> CoveringRecordings() {
   return recordings;
 }
 
-// The scene in the folder: detections in the detector's format, and
-// calibration.json, a format that states no unit. Noise is the same fraction of
-// a person's size in every image: 4 px at 800 px and 6.5 m.
+// Writes the recording to the folder: detections in the detector's format, and
+// calibration.json in a format that does not state its unit. Noise is the same
+// fraction of a person's size in every image: 4 px at a focal length of 800 px
+// and a distance of 6.5 m.
 void MakeOwnRecording(const OwnRecording& recording,
                       const std::string& folder) {
   const std::string focal = Text(recording.focal_px);

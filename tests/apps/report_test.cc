@@ -107,7 +107,8 @@ TEST_F(ReportTest, PicturesAreLinkedOrEmbeddedUnchanged) {
       HasSubstr("0.jpg: is neither JPEG nor PNG"));
 }
 
-// Images of cam1 are four frames late, as clocks.json says.
+// The images of cam1 are four frames late, and clocks.json contains this
+// offset.
 TEST_F(ReportTest, RecordedClocksAreApplied) {
   const CameraRig rig = RingOfCameras(3);
   DetectionSequence late = ReadDetections(detections_);

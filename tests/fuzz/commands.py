@@ -3,13 +3,15 @@
 
   tests/fuzz/commands.py [build folder] [runs] [first seed]
 
-A small scene is converted into every format that kinegraph writes. Each run
-copies one of these inputs, mutates one of its files (bytes, numbers, slices,
-values that readers often mishandle) and passes it to a command that reads it. A
-run fails if it is ended by a signal, takes more than 20 s of processor time or
-2 GiB of memory, has an exit code other than 0, 1 or 2, prints an error line
-although its exit code is 0 or not exactly one otherwise, leaves a partial file,
-or has exit code 1 without "out of memory" (the exit code of bad input is 2).
+The inputs are a small scene, converted into the formats that kinegraph writes
+and reads (as far as they can store it), and side files and configurations. Each
+run copies one of these inputs, mutates one of its files (bytes, numbers,
+slices, values that readers often mishandle) and passes it to a command that
+reads it. A run fails if it is ended by a signal, takes more than 20 s of
+processor time or 2 GiB of memory, has an exit code other than 0, 1 or 2, prints
+an error line with exit code 0 or not exactly one with another exit code, leaves
+a partial file, or has exit code 1 without "out of memory" (the exit code of bad
+input is 2).
 Inputs of failed runs are kept in BUILD/fuzz_commands. Prints counts by command;
 exit code 1 if any run failed.
 """

@@ -53,8 +53,9 @@ bool FuzzTracks(const std::string& format, const std::string& bytes) {
   });
 }
 
-// Writes accepted input in every format. A file in kinegraph's own format must
-// be readable, with as many frames (or cameras) as the input.
+// The three functions below write accepted input in every format (of tracks:
+// without adapters). Tracks and cameras in kinegraph's own format must then be
+// readable, with as many frames or cameras as the input.
 bool FuzzRewrittenTracks(const std::string& bytes) {
   return Reading(bytes, [](const std::string& path) {
     const TrackSequence tracks = ReadTracks(path);

@@ -19,8 +19,8 @@ import sys
 PROGRAM = sys.argv[1] if len(sys.argv) > 1 else (
     "build/fuzz/tests/fuzz/fuzz_targets")
 # Limits of wall time, beyond which an input counts as a hang; 10 s for targets
-# that are not listed. Scenes need a few seconds of processor time, on a busy
-# machine four times as many of wall time.
+# that are not listed. Scenes need a few seconds of processor time, and on a
+# busy machine four times that in wall time.
 LIMITS_S = {"scene": 60}
 SECONDS = int(sys.argv[2]) if len(sys.argv) > 2 else 600
 FOLDER = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else "out/fuzz")

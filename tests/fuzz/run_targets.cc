@@ -57,8 +57,8 @@ bool FuzzScene(const std::string& bytes) {
   return true;
 }
 
-// Whether the page's data can be made of the input. They must then be JSON that
-// cannot close the script element that contains it.
+// Whether the page's data can be made from the input. They must then be JSON
+// that cannot close the script element in which the page contains them.
 bool MakesPage(const PageInput& input) {
   return Accepts([&] {
     const PageData data = MakePageData(input);

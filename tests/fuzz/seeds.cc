@@ -129,8 +129,8 @@ std::string WrittenDetections(const DetectionFormat& format) {
                  });
 }
 
-// Calibrations in every format that consists of folders, or of single files, as
-// seeds.
+// Calibrations in every format that kinegraph writes as a folder (`folders`),
+// or as a single file.
 std::vector<std::string> WrittenCalibrations(bool folders) {
   std::vector<std::string> seeds;
   for (const CalibrationFormat& format : CalibrationFormats()) {
@@ -157,7 +157,8 @@ constexpr const char* kEasymocap =
     "T_0: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n"
     "  data: [0, 0, 2]\n";
 
-// Small handwritten files of other programs.
+// Seeds by target: small handwritten inputs, and two of the project's
+// configurations.
 const std::map<std::string, std::vector<std::string>>& ByHand() {
   static const std::map<std::string, std::vector<std::string>> kSeeds = {
       {"manifest",

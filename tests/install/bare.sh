@@ -1,7 +1,7 @@
 # Functions of bare_root.sh and bare_wheel.sh: `bare FOLDER [PACKAGES]` makes
-# FOLDER the root of a bare Debian 12 (debootstrap's smallest variant and
-# PACKAGES), or reuses it; `step` runs a command and prints how long it took;
-# `inside` runs a shell command in the root.
+# FOLDER the root file system of a bare Debian 12 (debootstrap's smallest
+# variant and PACKAGES), or reuses it; `step` runs a command and prints how long
+# it took; `inside` runs a shell command in that file system.
 mirror=${DEBIAN_MIRROR:-http://deb.debian.org/debian}
 
 step() {  # TITLE COMMAND...

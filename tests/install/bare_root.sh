@@ -1,13 +1,14 @@
 #!/bin/bash
-# Tests the Debian package in a bare Debian 12: installs it, runs the demo, takes
-# a user's recording to a page, tracks from Python, and builds and runs the C++
-# examples.
+# Tests the Debian package in a bare Debian 12: installs it, runs the demo,
+# tracks a user's recording and writes its report, tracks from Python, and
+# builds and runs the C++ examples.
 #
 #   tests/install/bare_root.sh kinegraph_0.1.0_amd64.deb FOLDER
 #
-# Needs root, debootstrap and a Debian mirror (DEBIAN_MIRROR). FOLDER becomes the
-# root (about 2 GB); an existing root is reused. Prints how long each step took.
-# The Dockerfile does the same steps.
+# Needs superuser rights, debootstrap and a Debian mirror (DEBIAN_MIRROR).
+# FOLDER becomes the root file system (about 2 GB); an existing one is reused.
+# Prints how long each step took. The Dockerfile installs the package in the
+# same way.
 set -euo pipefail
 . "$(dirname "$(readlink -f "$0")")/bare.sh"
 

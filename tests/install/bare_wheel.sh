@@ -6,8 +6,9 @@
 #
 #   tests/install/bare_wheel.sh kinegraph-0.1.0-cp311-....whl FOLDER
 #
-# Needs root, debootstrap and a Debian mirror (DEBIAN_MIRROR). FOLDER becomes the
-# root; an existing root is reused. Prints how long each step took.
+# Needs superuser rights, debootstrap and a Debian mirror (DEBIAN_MIRROR).
+# FOLDER becomes the root file system; an existing one is reused. Prints how
+# long each step took.
 set -euo pipefail
 . "$(dirname "$(readlink -f "$0")")/bare.sh"
 
@@ -35,7 +36,7 @@ step "kinegraph init, track, report" try \
    venv/bin/kinegraph init \$what --out=my.toml
    venv/bin/kinegraph track \$what --set=output.observations=false --out=command.jsonl
    venv/bin/kinegraph report --tracks=command.jsonl \$what --out=page.html"
-step "install Debian's NumPy, and its own glog and OpenMP" try \
+step "install Debian's NumPy, glog and OpenMP" try \
   "apt-get -q update
    apt-get -q -y install --no-install-recommends python3-numpy libgoogle-glog0v6 libgomp1"
 step "import kinegraph gives the tracks of the command" try \

@@ -2,7 +2,8 @@
 """Checks rules on the sources that the build cannot enforce.
 
 The build itself enforces which library may use which (kinegraph_library).
-Prints a line for each violation; exit code 1 if there are any.
+Prints a line for each violation, and the number of sources. Exit code 1 if
+there are violations, or fewer than 500 sources: then some were not found.
 """
 import pathlib
 import re
@@ -99,8 +100,9 @@ def check_sources(sources):
         for name in TYPE.findall(text) if path.endswith(".h") else []:
             if types.setdefault(name, path) != path:
                 yield f"{name} is defined in {path} and {types[name]}"
-        # Inline functions of shared headers would be compiled for this
-        # instruction set, and might be called on machines without it.
+        # A file *_avx*.cc is compiled for that instruction set. So would be
+        # the inline functions of shared headers, which the linker might then
+        # keep for callers on machines without it.
         if re.search(r"_avx\w+\.cc$", path):
             for name in included_by(path, set()):
                 if not (ROOT / name).exists() and name not in (

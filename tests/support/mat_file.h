@@ -13,7 +13,8 @@
 namespace kinegraph::testing {
 
 // For each actor, 14 joints [m] by frame. In the file, frames below frame_count
-// without an entry have an empty matrix, as TUM's frames without annotation.
+// without an entry have an empty matrix, as frames without annotation have in
+// TUM's file.
 using AnnotatedActors = std::vector<std::map<int64_t, Pose3d>>;
 
 // The bytes of the file, uncompressed, little-endian.

@@ -10,7 +10,8 @@
 
 namespace kinegraph::testing {
 
-// The block that begins with "```json NAME" in a page of the project.
+// The block that begins with "```json NAME" in a page of the project. Throws
+// std::out_of_range if there is none.
 inline std::string PageExample(const std::string& page,
                                const std::string& name) {
   const std::string text = ReadTextFile(ProjectFile(page).string());

@@ -22,8 +22,8 @@ CameraRig RingOfCameras(int count, double radius_m = 5.0,
 // A person in COCO-17 standing at (x, y), facing +y, all joints observed.
 Pose3d StandingPerson(double x_m, double y_m);
 
-// The exact projection of a pose into a camera, with confidence 1; joints
-// behind the camera are not found.
+// The exact projection of a pose into a camera, with confidence 1; missing
+// joints and joints without an image (behind the camera) are not found.
 Detection Project(const Pose3d& pose, const Camera& camera);
 
 // The exact detections of these people in all cameras.

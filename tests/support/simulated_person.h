@@ -21,8 +21,9 @@ namespace kinegraph::testing {
 CameraRig RingOfCameras(int count, double radius_m, double focal_px,
                         bool with_lens = false);
 
-// The defaults without learning from the recording: the estimator uses the
-// noise that the test specifies.
+// The defaults with the options' pixel noise, process noise and bone sigmas
+// instead of learnt ones. A common factor of all pixel sigmas is still
+// estimated (estimate_noise_scale).
 GraphOptions FixedNoise();
 
 // Shoulder, elbow and wrist with two bones.

@@ -36,7 +36,8 @@ class TemporaryFolder {
 
 }  // namespace kinegraph::testing
 
-// Sets `path` to the data, or skips the test with a message.
+// Defines the string `path`, the path of the data, or skips the test with a
+// message.
 #define KINEGRAPH_DATA_OR_SKIP(path, relative)                        \
   std::string path;                                                   \
   if (const auto found_ = ::kinegraph::testing::FindData(relative)) { \

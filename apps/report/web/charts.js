@@ -101,8 +101,8 @@ class Chart {
   }
 }
 
-// The axis begins at 0; if the caller sets `fromZero` of the chart to false, at the
-// lower end of the values; with null it covers their whole range.
+// The axis begins at 0. If the caller sets the chart's `fromZero` to false, it
+// begins just below most values; if to null, it covers their whole range.
 function lineChart(title, unit, height, seriesOf) {
   const chart = new Chart(title, height, (pen, width) => {
     const series = seriesOf();

@@ -19,8 +19,9 @@ export const frameNumbers = decode(data.frames, Float64Array);
 export const times = decode(data.times, Float64Array);
 export const frameCount = frameNumbers.length;
 export const viewCount = data.detections ? data.cameras.length : 0;
-// Okabe and Ito's colours without yellow and black, which are invisible in one of
-// the themes, and two others that differ most from these for any colour vision.
+// Okabe and Ito's colours except yellow and black, each of which is invisible in
+// one of the themes, plus the two colours that differ most from the others for
+// every type of colour vision.
 export const PALETTE = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7', '#8833ff', '#774422'];
 
 // Lengths on the page are scaled to the size of people: one metre on the page is

@@ -25,8 +25,8 @@ function tellEdit(result, edit) {
   }
 }
 
-// Index on the page's clock of the frame from which an edit applies (a join: the
-// first frame of the second person); -1: none.
+// Index on the page's clock of the frame from which an edit applies (a join, also
+// an undecided one: the first frame of the second person); -1: none.
 function placeOf(edit) {
   if (!edit.frames) return -1;
   const number = edit.op === 'join' || edit.op === 'undecided' ? edit.frames[1] : edit.frames[0];

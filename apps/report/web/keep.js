@@ -229,8 +229,8 @@ export function svgPicture() {
     + pen.clips.join('') + '</defs>\n' + pen.out.join('\n') + '\n</svg>\n';
 }
 
-// The canvas of the PNG. Browsers do not export canvases with linked images, so
-// these are left out with `withPictures` false.
+// The canvas of the PNG. Browsers do not export canvases with linked images; with
+// `withPictures` false, all images are left out.
 function pngCanvas(withPictures) {
   const layout = pictureLayout(), canvas = element('canvas', { width: layout.width, height: layout.height });
   paintPicture(canvas.getContext('2d'), layout, (pen, stage) => {

@@ -30,7 +30,7 @@ function makeHeader() {
   byId('subtitle').textContent = frameCount + ' frames, ' + seconds.toFixed(1) + ' s, ' + results[0].ids.length + (results[0].ids.length === 1 ? ' identity' : ' identities')
     + (data.cameras.length ? ', ' + data.cameras.length + ' cameras' : '');
   const notes = [];
-  if (data.assumedRate) notes.push('The files have no ascending times: ' + data.assumedRate + ' frames per second are assumed.');
+  if (data.assumedRate) notes.push('The times of the frames are missing or do not ascend: ' + data.assumedRate + ' frames per second are assumed.');
   if (data.frameStride > 1) notes.push('To save space, this page contains one frame in ' + data.frameStride + '.');
   if (data.extrasStride > 1) notes.push('One frame in ' + data.extrasStride + ' of the page has detections and covariances.');
   byId('notes').textContent = notes.join(' ');

@@ -458,7 +458,7 @@ ValueAgreement CompareValues(const std::vector<PairedValue>& values,
     const double freed = differences[i] - offset;
     squared += differences[i] * differences[i];
     freed_squared += freed * freed;
-    // The interval around the found value becomes one around the difference.
+    // The interval relative to the found value: it applies to truth - found.
     const double below = there[i].low - there[i].found;
     const double above = there[i].high - there[i].found;
     if (!std::isfinite(below) || !std::isfinite(above)) continue;

@@ -21,7 +21,8 @@ namespace kinegraph {
 struct PairedMotion {
   TrackSequence truth;
   TrackSequence tracks;
-  // One per joint: markers enclose its centre. Set by the caller of PairMotion.
+  // One per joint: whether markers enclose its centre. Set by the caller of
+  // PairMotion.
   std::vector<bool> is_centre;
 
   // Whether the errors of a joint are pooled: those of centres, or all if there
@@ -30,9 +31,10 @@ struct PairedMotion {
 };
 
 // The truth's joints, interpolated between its samples, in each frame of the
-// tracks that its clock covers. They are paired with `person`; in frames
-// without that identity with the nearest person within half a metre, unless
-// `only`. Covariances rotate with the tracks.
+// tracks in which the truth has a joint. They are paired with `person` or, in
+// frames without that identity and unless `only`, with the nearest person
+// within half a metre; frames without a pair are left out. Covariances rotate
+// with the tracks.
 PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
                         const TrackSequence& tracks, TrackId person, bool only,
                         const JointPairs& joints, const ClockFit& clock,
@@ -123,7 +125,7 @@ struct ValueAgreement {
   double bias = 0.0;
   double limits = 0.0;  // 1.96 standard deviations
   double rms = 0.0;
-  double after_offset_rms = 0.0;  // as for joints
+  double after_offset_rms = 0.0;  // other half's median subtracted
   Share covered;                  // by the interval
   Share covered_after_offset;
 };

@@ -15,8 +15,8 @@ namespace kinegraph {
 // One person's joints over time. Gaps remain gaps.
 class JointPaths {
  public:
-  // For the given joints, in their order; the frames in which the person is
-  // present.
+  // Takes the given joints, in their order, from the frames in which the person
+  // is present.
   JointPaths(const TrackSequence& tracks, TrackId person,
              const std::vector<int>& joints);
 
@@ -25,7 +25,7 @@ class JointPaths {
   // missing or they are more than one and a half frames apart.
   std::optional<Eigen::Vector3d> At(double time_s, size_t joint) const;
   // Distance between the positions `half_s` before and after the time, over
-  // their difference in time [m/s].
+  // their difference in time [m/s]; nullopt where At of either is.
   std::optional<double> Speed(double time_s, size_t joint, double half_s) const;
 
   const std::vector<double>& times_s() const { return times_s_; }
@@ -110,7 +110,7 @@ Alignment AlignRecordings(const TrackSequence& truth,
 // file, for none or several.
 TrackId OnlyPerson(const TrackSequence& tracks);
 
-// Paths of the truth's joints, one for each pair.
+// Paths of the truth's joints, one for each pair. Throws as OnlyPerson does.
 JointPaths TruthPaths(const TrackSequence& truth, const JointPairs& joints);
 
 }  // namespace kinegraph

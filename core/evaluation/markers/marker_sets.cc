@@ -18,9 +18,9 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Names = std::vector<std::string>;
 
-// Radius of a marker plus half the joint's width [m]: ankles of adults are
-// about 70 mm wide, knees 100 mm; a shoulder's centre lies about 45 mm below
-// the acromion.
+// Distance of a joint's centre from a marker [m]. Ankle and knee: the radius of
+// a marker, 7 mm, plus half the joint's width, about 70 mm and 100 mm in
+// adults. A shoulder's centre lies about 45 mm below the acromion.
 constexpr double kAnkleM = 0.042;
 constexpr double kKneeM = 0.057;
 constexpr double kShoulderM = 0.045;
@@ -30,7 +30,7 @@ std::string Squeezed(const std::string& label) {
   std::string squeezed;
   for (size_t i = label.find_last_of(':') + 1; i < label.size(); ++i) {
     const auto byte = static_cast<unsigned char>(label[i]);
-    // Names may differ in letters beyond ASCII alone.
+    // Kept, because two names may differ only in letters beyond ASCII.
     if (byte >= 0x80) {
       squeezed += label[i];
     } else if (std::isalnum(byte) != 0) {

@@ -148,10 +148,10 @@ bool MayBeInput(const fs::path& file) {
   return false;
 }
 
-// Calls `visit` for the files in a folder, those in nearer folders first. Ends
-// after kMostEntries files and folders, so that a huge tree does not delay the
-// command. Skips folders that cannot be listed, which the adapter cannot read
-// either, and links to folders.
+// Calls `visit` for the files in a folder and its subfolders, level by level.
+// Ends after kMostEntries files and folders, so that a huge tree does not delay
+// the command. Skips folders that cannot be listed, which the adapter cannot
+// read either, and links to folders.
 template <typename Visit>
 void ForEachFile(const std::string& path, const Visit& visit) {
   // Visits path/a/b/c/d/FILE, but not path/a/b/c/d/e/FILE. The deepest that

@@ -34,9 +34,9 @@ struct Adapter {
 // The program of SetAdapter, if it recognises the path.
 std::optional<Adapter> GivenAdapterOf(const std::string& path);
 // Any adapter that recognises the path. A program is asked again only if the
-// path has changed. Throws InputError if the user's program cannot be started,
-// a program does not answer, or kinegraph-adapters reports an error; a missing
-// kinegraph-adapters recognises nothing.
+// file or folder has changed. Throws InputError if the user's program cannot be
+// started, a program does not answer, or kinegraph-adapters reports an error; a
+// missing kinegraph-adapters recognises nothing.
 std::optional<Adapter> AdapterOf(const std::string& path);
 // The same, but only adapters of this kind.
 std::optional<Adapter> GivenAdapterOf(const std::string& path,
@@ -89,8 +89,8 @@ std::string OutputOf(const Adapter& adapter, const std::string& path);
 // Converts to a format by kinegraph-adapters: `write` writes kinegraph's JSON
 // Lines to the file whose name it receives. Returns the content of the
 // converted file. `silence_ms` is the longest wait for output. Throws
-// InputError naming `path` if the program cannot be started, fails or does not
-// end.
+// InputError naming `path` if the program cannot be started, is silent for too
+// long, prints more than 4 GiB, fails or does not end.
 std::string WriteByAdapter(
     const std::string& format, const std::string& path,
     const std::function<void(const std::string& lines)>& write,

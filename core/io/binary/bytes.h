@@ -12,7 +12,7 @@
 namespace kinegraph {
 
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
-              "files of little-endian numbers are copies of memory");
+              "expected a little-endian machine: files are copies of memory");
 
 // Appends the numbers in little-endian order.
 template <typename... Values>

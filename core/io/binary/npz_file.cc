@@ -16,7 +16,7 @@ namespace {
 
 // Continues the checksum `crc` with `bytes`; the checksum of no data is 0.
 uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
-  if (bytes.empty()) return crc;  // zlib resets the sum if there is no data
+  if (bytes.empty()) return crc;  // zlib returns 0 for a null pointer
   return static_cast<uint32_t>(
       crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
@@ -308,7 +308,8 @@ NpyArray NpzReader::Parse(const std::string& name,
                      : ParseNumber<size_t>(array.type.substr(2)).value_or(0);
   // A width of 0 is rejected: the bytes could not be compared with the shape.
   if (width == 0 || width > kWidest) {
-    Fail(name, "has the type '" + Printable(array.type) + "'");
+    Fail(name, "has the type '" + Printable(array.type) +
+                   "', expected numbers or texts");
   }
   if (array.type[1] == 'U') width *= 4;
   if (array.bytes.size() != total * width) {

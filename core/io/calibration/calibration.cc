@@ -191,8 +191,8 @@ class CameraBuilder {
   const CameraReadOptions& options_;
 };
 
-// The records named by `use` in its order; all in the order of the file if it
-// is empty.
+// The records named by `use`, in its order; if `use` is empty, all records in
+// the order of the file.
 std::vector<const CameraRecord*> Choose(const CalibrationFile& file,
                                         const std::string& path,
                                         const std::vector<std::string>& use) {

@@ -35,7 +35,7 @@ void Decompose(const Eigen::Matrix<double, 3, 4>& P, CameraRecord* record) {
   const Eigen::Matrix3d M = P.leftCols<3>();
   const double largest = M.cwiseAbs().maxCoeff();
   const double determinant = (M / largest).determinant();
-  // A smaller determinant, relative to the largest element, is rounding error.
+  // A determinant below 1e-12 of the largest element's cube is rounding error.
   if (!(largest > 0.0) || !(std::abs(determinant) > 1e-12)) {
     throw InputError(record->file, "",
                      "the left 3 x 3 part of the projection is singular");
@@ -197,7 +197,8 @@ CalibrationFile ReadBiocv(const CalibrationHead& head) {
 
 // ---- OpenCap ----
 // Python pickles, read by an adapter: one per camera, in Videos/CAMERA of a
-// session's folder. The path may be that folder, its Videos or a camera's.
+// session's folder. The path may be that folder, its subfolder Videos, or the
+// folder of one camera.
 
 bool IsOpencapFolder(const std::string& path) {
   constexpr const char* kPickle = "cameraIntrinsicsExtrinsics.pickle";

@@ -61,7 +61,8 @@ std::vector<double> WithoutZeros(std::vector<double> coefficients) {
 }
 
 // Whether the model is OpenCV's fisheye model, by its names in ROS, Kalibr and
-// elsewhere.
+// elsewhere. Throws InputError unless it is this model, OpenCV's polynomial or
+// a pinhole.
 bool IsFisheyeModel(const JsonField& model) {
   if (model.value().is_null()) return false;
   const std::string name = Plain(model.Text());

@@ -145,7 +145,8 @@ void ReadMembers(const JsonField& cameras, CalibrationFile* file,
   }
 }
 
-// Reads a camera of a list, in which `name` identifies it.
+// Reads one camera, to which messages refer by `name`; `read` is as in
+// ReadMembers.
 template <typename Read>
 CameraRecord ReadNamed(const JsonField& field, const std::string& name,
                        const Read& read) {

@@ -77,7 +77,8 @@ bool IsUtf16Xml(const std::string& text) {
   return first != std::string::npos && text[first] == '<';
 }
 
-// Guesses the syntax from the first characters and the extension.
+// Guesses the syntax from the text and the extension. Throws InputError if the
+// text is blank.
 Syntax GuessSyntax(const std::string& text, const std::string& path) {
   const size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) {

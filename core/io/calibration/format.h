@@ -97,7 +97,7 @@ Json ReadCalibrationYaml(const std::string& path);
 bool HasTumFiles(const std::vector<std::string>& names);
 
 // Writes a file or a folder in the format of this name. Throws InputError if
-// there is none.
+// there is none, or if it can only be read.
 void WriteCalibration(const std::string& path, const std::string& format,
                       const CameraRig& cameras, LostFields* lost_fields);
 

@@ -4,8 +4,8 @@
 // "metadata" is not a camera. Lengths are metres in Pose2Sim's and Caliscope's
 // files; in Anipose's and FreeMoCap's they have the unit of the calibration
 // board. Without cameras.unit they are read as millimetres if FreeMoCap's
-// metadata, or a board.toml beside a file of a session, specifies squares
-// larger than 1, otherwise as metres.
+// metadata, or a board.toml beside one of the session's files named below,
+// specifies squares with sides above 1, otherwise as metres.
 //
 // Caliscope's camera_array.toml has the cameras in the table "cameras"; its
 // config.toml has them at the top level, beside the tables of the board and of

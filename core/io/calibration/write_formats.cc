@@ -67,8 +67,8 @@ Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera) {
   if (camera.lens()->model() != "opencv5" || parameters.size() != 5) {
     throw CannotWrite(camera,
                       "the lens model '" + camera.lens()->model() +
-                          "' cannot be expressed in this format; kinegraph, "
-                          "pose2sim, opencv and colmap can");
+                          "' cannot be expressed in this format; the formats "
+                          "kinegraph, pose2sim, opencv and colmap allow it");
   }
   std::copy(parameters.begin(), parameters.end(), coefficients.data());
   return coefficients;

@@ -1,7 +1,7 @@
 // TOML configurations: reads them into options, writes effective values and
 // lists keys. Defaults are defined in the options' structs, limits in their
-// Describe (core/base/options.h); nothing here depends on specific keys, except
-// the messages about removed ones.
+// Describe (core/base/options.h). The only keys named here are those of
+// [skeletons.NAME] and, for messages, removed ones.
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 

@@ -16,8 +16,8 @@ std::string Joined(const std::string& begin,
   return begin + fmt::format("{}", fmt::join(parts, ", ")) + end;
 }
 
-// A value in TOML syntax. In tables, keys whose values are texts are quoted;
-// all other keys are not.
+// A value in TOML syntax. The keys in tables of texts (TextMap) are quoted, as
+// they may be any names.
 std::string TomlText(const Json& value) {
   // JSON's escape sequences are valid in TOML's basic strings.
   if (value.is_string()) return JsonText(value.get<std::string>());

@@ -44,7 +44,8 @@ KeyTexts TextsOf(ManifestConfiguration* one) {
 }
 
 // Reads the texts of one table. Unknown keys are rejected, the first `required`
-// keys must be present, and the name must be valid as the name of a folder.
+// keys must be present, and the name must be valid as the name of a folder and
+// not be in `names`, to which it is added.
 void ReadTexts(const JsonField& table, const KeyTexts& texts, size_t required,
                std::set<std::string>* names) {
   std::string known;

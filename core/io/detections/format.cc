@@ -96,7 +96,7 @@ const std::vector<DetectionFormat>& DetectionFormats() {
        false, /*leaves_out_empty=*/true},
       {"deeplabcut",
        "CSV, one file per view (also Lightning Pose); or one such folder per "
-       "detector, which are fused",
+       "detector, to be fused",
        ".csv", Files::kFileAView, RecogniseDeepLabCut, OpenDeepLabCut},
       {"deeplabcut_h5", "DeepLabCut's HDF5, one file per view", ".h5",
        Files::kFileAView, nullptr, OpenDeepLabCutH5},

@@ -78,8 +78,8 @@ class DetectionCollector : public DetectionSource {
   bool has_skeleton() const { return header_.skeleton.joint_count() > 0; }
   // For files in which the first person determines the skeleton.
   void set_skeleton(const Skeleton& skeleton) { header_.skeleton = skeleton; }
-  // For files that name their joints; called once per file (SkeletonOfLabels).
-  // The first file determines the skeleton unless the options do. Throws
+  // For files that name their joints; called once per file. The first file
+  // determines the skeleton (SkeletonOfLabels) unless the options do. Throws
   // InputError, which does not name the file, if a later file has other labels,
   // or if their number differs from that of the options' skeleton.
   void SettleSkeleton(const std::vector<std::string>& labels,
@@ -111,10 +111,11 @@ class DetectionCollector : public DetectionSource {
 // a view is assigned to the recording's frame nearest in time and keeps its own
 // capture time. If several frames of a view are assigned to the same frame, the
 // closest is kept. `open` opens the files anew, with all views at the
-// recording's rate; it is called once for each group of views with the same
-// rate and offset and once more. Reads the whole recording. Throws InputError
-// for a view that does not exist and for a frame whose time is not its number
-// divided by the recording's rate, and OptionError if that rate is unknown.
+// recording's rate; it is called once for the other views, and once for each
+// group of views with the same rate and offset. Reads the whole recording.
+// Throws InputError for a view that does not exist and for a frame whose time
+// is not its number divided by the recording's rate, and OptionError if that
+// rate is unknown.
 std::unique_ptr<DetectionSource> OpenRated(
     const std::function<std::unique_ptr<DetectionSource>()>& open,
     const DetectionReadOptions& options);
@@ -147,7 +148,7 @@ std::unique_ptr<DetectionSource> OpenEverybodyByAdapter(
 
 // Calls `read` with each object of the array that `list` returns. Errors name
 // the file and, by the word `entry`, the position in the array: "entry 3".
-// `key` names the array in errors about an element that is not an object.
+// Errors about an element that is not an object call it `key`: "a detection".
 template <typename List, typename Read>
 void ForEachObject(const std::string& path, const std::string& entry,
                    std::string_view key, const List& list, const Read& read) {

@@ -64,8 +64,8 @@ int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
     if (std::abs(frame.time - clock.TimeOf(frame.frame)) > FromSeconds(1e-6)) {
       throw InputError(
           "input.view_frame_rate: frame " + std::to_string(frame.frame) +
-          " has its own time; such a file specifies the times of individual "
-          "views by view_times");
+          " has its own time; a file with times must specify those of "
+          "individual views by view_times");
     }
     const bool has_any = ShowsAnybody(frame, own);
     // Empty frames before the first one may stem from files of the other views,

@@ -216,6 +216,7 @@ void MirrorBack(const Mirror& mirror, ViewDetections* view) {
 // positions are not pixels: normalised by the image, to 0 .. 1 (MediaPipe,
 // OpenPose with --keypoint_scale 3) or -1 .. 1 (--keypoint_scale 4), or beyond
 // any image. A view is accepted at the first person that can only be in pixels.
+// Also applies exchange_sides and mirror_px.
 class CheckedSource : public DetectionSource {
  public:
   CheckedSource(std::string path, const DetectionReadOptions& options,
@@ -330,7 +331,7 @@ class CheckedSource : public DetectionSource {
   }
 
   // For the end of a recording: if no view is certainly in pixels, a single
-  // person with other positions is enough to reject a view.
+  // person is enough to reject a view (kEnoughPeople before the end).
   void CheckShortRecording() const {
     if (std::none_of(positions_.begin(), positions_.end(),
                      [](const Positions& seen) { return seen.are_pixels; })) {

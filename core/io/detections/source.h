@@ -41,7 +41,8 @@ struct DetectionReadOptions {
   // Throws InputError if the file states a rate that differs from frame_rate_hz
   // by more than 1 %.
   bool refuse_other_rate = false;
-  // By view whose files have their own frame rate: that rate [Hz].
+  // By view: the rate [Hz] at which its files count frames, if it differs from
+  // the recording's.
   std::map<std::string, double> view_frame_rate_hz;
   // By view: subtracted from the frame numbers in its files.
   std::map<std::string, int64_t> view_frame_offset;

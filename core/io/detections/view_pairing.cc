@@ -357,7 +357,7 @@ void CheckMap(const std::vector<std::string>& views,
 const char* ToString(PairedBy paired_by) {
   switch (paired_by) {
     case PairedBy::kMap:
-      return "as cameras.map says";
+      return "as cameras.map specifies";
     case PairedBy::kName:
       return "by their names";
     case PairedBy::kWithin:

@@ -50,7 +50,7 @@ struct ViewPairing {
 //   yet, there are as many views as cameras and no number contradicts it.
 //
 // Views in `without` are paired too, but need no camera. Throws InputError if
-// another view has no camera or several candidates, if two views claim one
+// any other view has no camera or several candidates, if two views claim one
 // camera, or if `map` has an unknown name. With kLeaveOut a view without a
 // camera gets -1.
 ViewPairing PairViewsWithCameras(

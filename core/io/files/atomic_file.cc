@@ -88,8 +88,8 @@ bool IsInsidePartialFolder(const std::string& path) {
 // ---- The destination of a path ----
 
 // The descriptor of the open file to which the path refers: /dev/stdout leads
-// to /proc/self/fd/1. Opening such a path again would give a separate file,
-// which ignores >> and earlier output.
+// to /proc/self/fd/1. Opening such a path again would begin at offset 0, even
+// after >> or earlier output.
 std::optional<int> OpenFileNamed(const fs::path& path) {
   std::error_code error;
   const std::string folder =

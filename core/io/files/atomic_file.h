@@ -100,7 +100,8 @@ class AtomicFolder {
 // destruction.
 class OutputFolder {
  public:
-  // Creates the folder and its parents. Throws InputError naming `path`.
+  // Creates the folder and its parents. Throws InputError naming `path` if one
+  // cannot be created or is a file.
   explicit OutputFolder(const std::string& path);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -123,10 +124,10 @@ void CheckFileName(const std::string& name, const std::string& what);
 
 // Several files or folders that appear as one result. They are written under
 // their own names into temporary folders beside the targets. Commit() renames
-// the one that was requested first last: if it is new, all others are new, too.
-// If destroyed without Commit(), nothing remains. A process that is killed
-// between two renames leaves new files beside the old first one; callers
-// therefore store a fingerprint of the first in each of the others
+// the main file, the one requested first, after all others: if it is new, they
+// are new, too. If destroyed without Commit(), nothing remains. A process that
+// is killed between two renames leaves the old main file beside new others;
+// callers therefore store a fingerprint of the main file in each of the others
 // (side_files.h).
 //
 //   AtomicFiles files;

@@ -36,9 +36,9 @@ class InputFiles {
 
 class InputStop {
  public:
-  // Input counts as ended once `descriptor` becomes readable; another part of
-  // the program (a signal handler) writes to it. At most one per process; -1
-  // removes it.
+  // Input counts as ended once `descriptor` becomes readable: it is the reading
+  // end of a pipe to which another part of the program (a signal handler)
+  // writes. At most one per process; -1 removes it.
   static void ListenTo(int descriptor);
 
   // Waits until `descriptor` is readable or at its end; false if the input

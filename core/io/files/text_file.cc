@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The type of a path, with links followed. Throws InputError if disk or network
-// fail, which does not mean that the file is absent.
+// The type of a path, with links followed. Throws InputError if the disk or the
+// network fails, which does not mean that the file is absent.
 fs::file_type TypeAt(const std::string& path) {
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();

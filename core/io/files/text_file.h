@@ -26,7 +26,7 @@ std::string ReadTextFile(const std::string& path,
                          size_t max_bytes = std::numeric_limits<size_t>::max());
 
 // Normalises text from spreadsheets and editors: removes UTF-8's byte order
-// mark and, in a text without newlines and zero bytes, converts carriage
+// mark and, in a text with neither newlines nor zero bytes, converts carriage
 // returns (old Mac line ends) to newlines. Throws InputError naming the file if
 // it is UTF-16 or compressed by gzip.
 void MakePlainText(const std::string& path, std::string* text);

@@ -11,10 +11,10 @@
 namespace kinegraph {
 
 // Splits a text into rows of cells (RFC 4180), without blank lines. The
-// separator is the first comma, semicolon or tab in the first line, which may
-// be a spreadsheet's "sep=;"; without any, a comma. If it is not a comma,
-// decimal commas, which spreadsheets write in many countries, are accepted in
-// cells without quotation marks: 12,5 is read as 12.5.
+// separator is the first comma, semicolon or tab outside quotation marks in the
+// first line, which may be a spreadsheet's "sep=;"; without any, a comma. If it
+// is not a comma, decimal commas, which spreadsheets write in many countries,
+// are accepted in cells without quotation marks: 12,5 is read as 12.5.
 class CsvRows {
  public:
   explicit CsvRows(std::string_view text);

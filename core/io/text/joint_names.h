@@ -12,8 +12,9 @@ namespace kinegraph {
 
 // kinegraph's name for a joint with a label in any spelling: "left_shoulder",
 // "LShoulder", "shoulder_left" and "Shoulder L" are l_shoulder, "Hip" is
-// mid_hip, "Neck" is neck, "Anna:LAnkle (mm)" is l_ankle. Of an unknown
-// joint only a leading "left_" or "right_" is changed, to "l_" or "r_".
+// mid_hip, "Neck" is neck, "Anna:LAnkle (mm)" is l_ankle. In the label of an
+// unknown joint, only a leading "left_" or "right_" is changed, to "l_" or
+// "r_".
 std::string JointNameOf(const std::string& label);
 
 // kinegraph's names for a set of labels, all distinct. If several labels may be
@@ -43,7 +44,7 @@ Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names);
 Skeleton WithOurNames(const Skeleton& skeleton);
 
 // The skeleton that a file specifies: its labels under kinegraph's names, its
-// bones, and its name, or "custom" if it has none or that of a built-in
+// bones, and its name, or "custom" if `name` is empty or names a built-in
 // skeleton. Joints that equal those of a built-in skeleton, in the same order,
 // give the built-in skeleton, with the file's bones if it has any; of 133
 // joints, only the first 23 must equal those of COCO-WholeBody. A human

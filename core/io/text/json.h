@@ -31,11 +31,11 @@ Json ParseJson(const std::string& text, const std::string& file);
 
 // Parses YAML, one document as OpenCV's FileStorage writes it. A map of rows,
 // cols and data (OpenCV's !!opencv-matrix) becomes an array of rows. Unquoted
-// scalars that are numbers or null become these, all others texts. Throws
-// InputError naming `file` (and mostly the line) for a syntax error, a key that
-// is repeated or not a text, more than kMaxJsonKeys keys of one map, nesting
-// deeper than kMaxJsonDepth, more than 16 MiB of values with aliases expanded,
-// and unless there is exactly one document.
+// numbers and nulls are converted; all other scalars, such as true, become
+// texts. Throws InputError naming `file` (and, where it is known, the line) for
+// a syntax error, a key that is repeated or not a text, more than kMaxJsonKeys
+// keys of one map, nesting deeper than kMaxJsonDepth, more than 16 MiB of
+// values with aliases expanded, and unless there is exactly one document.
 Json ParseYaml(const std::string& text, const std::string& file);
 
 // The prefix of `text` that is NaN or an infinity in Python's notation, which

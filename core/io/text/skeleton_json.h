@@ -17,9 +17,9 @@ namespace kinegraph {
 Skeleton ReadSkeleton(JsonValue value);
 
 // Reads a skeleton that an adapter specifies: the name of a built-in skeleton,
-// or {"joints": labels in any spelling, "bones": pairs, "name"}, the last two
-// optional, which is translated to kinegraph's names (SkeletonOfLabels). Its
-// InputError does not name the file.
+// or an object {"joints", "bones", "name"} of which only "joints" is required.
+// Its joints may have labels in any spelling, which are translated to
+// kinegraph's names (SkeletonOfLabels). The InputError does not name the file.
 Skeleton ReadStatedSkeleton(JsonValue value);
 
 // Reads pairs of joint numbers from `first` to `last`, as indices from 0.

@@ -30,10 +30,10 @@ Json TableToJson(const toml::table& table) {
 
 // Limits depth and number of tables and values before parsing, because toml++
 // destroys tables recursively and ToJson recurses over them, and a key with a
-// hundred thousand parts ("a.a.a...") creates as many tables. Each dot, also
-// that of a number, and each bracket is a level below the outermost table.
-// Syntax errors are left to the parser, so strings are followed only as long as
-// they are valid (toml_test.cc compares this guard with the parser).
+// hundred thousand parts ("a.a.a...") creates as many tables. Each dot, even in
+// a number, and each opening bracket counts as a level below the outermost
+// table. Syntax errors are left to the parser, so strings are followed only as
+// long as they are valid (toml_test.cc compares this guard with the parser).
 class TomlGuard {
  public:
   TomlGuard(const std::string& text, const std::string& file)
@@ -91,7 +91,7 @@ class TomlGuard {
         if (!over_lines) return;
         ++line_;
       }
-      if (c == '\\' && quote == '"') {  // skips the escape; lines are counted
+      if (c == '\\' && quote == '"') {  // skips the escape, but no newline
         at_ += at_ + 1 < text_.size() && text_[at_ + 1] == '\n' ? 1 : 2;
       } else if (c != quote) {
         ++at_;

@@ -28,9 +28,9 @@ class XmlElement {
   XmlElement At(const std::string& name) const;
 
   // Attributes. Text, Number and Numbers throw InputError if the attribute is
-  // absent; all functions of numbers do if it is not a finite number. Numbers()
-  // reads exactly `count` numbers separated by spaces and skips a leading text
-  // (Vicon's "ViconRadial2 0 0 ...").
+  // absent; Number, NumberOr and Numbers throw it for anything but finite
+  // numbers. Numbers() requires exactly `count` numbers separated by spaces and
+  // skips a leading text (Vicon's "ViconRadial2 0 0 ...").
   std::optional<std::string> FindText(const std::string& attribute) const;
   std::string Text(const std::string& attribute) const;
   double Number(const std::string& attribute) const;

@@ -232,7 +232,8 @@ std::vector<Value> Dense(const TrackSequence& tracks,
 // is allocated.
 void CheckSize(const std::string& path, const std::vector<size_t>& shape,
                bool has_covariances) {
-  // Of a joint's position and covariance; its other values take 3 bytes.
+  // Of a joint's position and covariance; its other values take only 3 bytes
+  // and are neglected.
   double bytes = has_covariances ? 9 * 8.0 + 3 * 8.0 : 3 * 8.0;
   for (const size_t side : shape) bytes *= static_cast<double>(side);
   if (bytes < static_cast<double>(NpzFile::kMaxBytes)) return;

@@ -10,8 +10,8 @@ namespace kinegraph {
 
 // Axes of a file, each an axis of the world with a sign. The default is TRC's.
 struct AxisMap {
-  // For the file's X, Y and Z: the world axis (0: x) along it, and 1, or -1 if
-  // that axis points the other way.
+  // For each of the file's X, Y and Z: the world axis (0: x) along it, and 1,
+  // or -1 if the two point in opposite directions.
   std::array<int, 3> axis = {1, 2, 0};
   std::array<double, 3> sign = {1.0, 1.0, 1.0};
 

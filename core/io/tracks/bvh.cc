@@ -205,8 +205,8 @@ struct Motion {
   double rate_hz = 0.0;
 };
 
-// The frame rate [Hz] of a period in a file. It is whole if the whole rate's
-// period, rounded to the digits of the text, is the same: 0.0333 s is 30 Hz.
+// The frame rate [Hz] of a period in a file: the nearest whole rate if its
+// period, rounded to the digits of the text, is the text's: 0.0333 s is 30 Hz.
 double RateOf(double step_s, std::string_view text) {
   const double whole = std::round(1.0 / step_s);
   const size_t point = text.find('.');
@@ -333,8 +333,8 @@ void AddBvhJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
     AddBvhJoint(tree, motion, child, inside, text, order);
   }
   if (tree[joint].children.empty()) {
-    // The end site extends the bone. A single joint gets one, too, to be
-    // visible.
+    // The end site extends the bone. A joint without a bone also gets one, to
+    // be visible.
     constexpr double kShare = 0.3;
     const Vector3d end_m = motion.offsets_m[joint].isZero()
                                ? Vector3d(0.05 * Vector3d::UnitY())
@@ -365,11 +365,11 @@ class BvhWriter {
     }
     size_t there = 0;
     for (const auto& [id, span] : spans_) there += span.count;
-    // Every file has all rows of the recording, unless these are more, summed
-    // over people, than both limits: with many people who are present only
+    // Every file has all rows of the recording, unless the rows of all files
+    // together then exceed both limits: with many people who are present only
     // briefly, files would consist mostly of repeated poses.
     constexpr size_t kMostRows = 200'000;
-    constexpr size_t kMostTimes = 5;  // times the number of people's own rows
+    constexpr size_t kMostTimes = 5;  // times the sum of the people's own spans
     const size_t all = rows.size() * spans_.size();
     on_one_clock_ = all <= std::max(kMostRows, kMostTimes * there);
   }

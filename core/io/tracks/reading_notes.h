@@ -52,7 +52,7 @@ std::optional<Eigen::Vector3d> StatedUp(const std::string& path);
 std::string AxesOfReading(const AxisMap& read, const Eigen::Vector3d& up);
 // A note on tracks read from `format`, which must have axes of its own, with
 // `axes` (nullopt: the format's); nullopt unless people stand within 40 degrees
-// of another signed axis of the world than z.
+// of a signed axis of the world other than z.
 std::optional<AxesNote> FindReadingNote(const Stance& stance,
                                         const TrackFormat& format,
                                         const std::optional<AxisMap>& axes);

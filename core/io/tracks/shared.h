@@ -188,7 +188,7 @@ struct TrackContents {
 };
 TrackContents ContentsOf(const TrackSequence& tracks);
 
-// Whether any person has a joint in any frame, for each joint of the skeleton.
+// For each joint of the skeleton: whether any person has it in any frame.
 std::vector<bool> JointsSeen(const TrackSequence& tracks);
 
 // What a format may lose; noted only if the tracks have such content.
@@ -206,8 +206,8 @@ void NoteLosses(const TrackContents& contents,
                 std::initializer_list<Loss> losses, LostFields* lost_fields);
 // Notes the losses of formats that store only frames, identities and positions.
 void NotePositionsOnly(const TrackContents& contents, LostFields* lost_fields);
-// Notes rows for frames that the input lacks; `what` says what these contain:
-// "have empty rows".
+// Notes the number of frames that the input lacks but the file contains; `what`
+// completes the note: "have empty rows".
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
                    const std::string& what, LostFields* lost_fields);
 // If an identity is `first_lost` or above, notes that readers of the format

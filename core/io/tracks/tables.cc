@@ -116,8 +116,8 @@ class CsvTrackReader {
     Refuse("has no column '{}'", kColumns[column]);
   }
 
-  // Names of the joints in order of appearance. Throws InputError for very many
-  // names, for which the search for a skeleton would take too long.
+  // Names of the joints in order of appearance. Throws InputError for more than
+  // kMaxJoints, for which the search for a skeleton would take too long.
   std::vector<std::string> JointNames() {
     constexpr size_t kMaxJoints = 10000;
     std::vector<std::string> names;

@@ -55,12 +55,12 @@ double ParseLengthUnit(const std::string& text,
 bool LeavesUnitOpen(const std::string& path);
 
 // Reads all frames. Throws InputError naming the file, OptionError for invalid
-// options. Frames without people are kept (TUM: all 3200). Positions are
-// kObserved unless the format specifies a status or, as Panoptic's, a low
-// confidence. Ids are those in the file or in its name; if it has none, or if
-// longcw's reach 2^31, they are 0, 1, 2 in order of appearance. header.mode
-// names the format unless the file specifies it. Times are those in the file,
-// otherwise frame / frame rate, or 0 if the rate is unknown.
+// options. Frames without people are kept. Positions are kObserved unless the
+// format specifies a status or, as Panoptic's, a low confidence. Ids are those
+// in the file or in its name; if it has none, or if longcw's reach 2^31, they
+// are 0, 1, 2 in order of appearance. header.mode names the format unless the
+// file specifies it. Times are those in the file, otherwise frame / frame rate,
+// or 0 if the rate is unknown.
 TrackSequence ReadTracks(const std::string& path,
                          const TrackReadOptions& options = {});
 

@@ -147,11 +147,12 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
 // is less than 0.75 frames from it, otherwise the frame at that time. Programs
 // that trim a recording keep the times, but renumber rows and
 // OrigDataStartFrame from 0 or 1. A tolerance of a quarter of a frame permits
-// rounded times and rates. If the times restart as well, at 0 or, as in
-// Pose2Sim, after one frame, or are negative, between frames or since 1970, the
-// frame is OrigDataStartFrame. This number is 0-based in files of kinegraph and
-// Pose2Sim, but 1-based in laboratories' files, so that a start of 1 with a
-// time of 0 is frame 0.
+// rounded times and rates; a time less than 0.75 frames from OrigDataStartFrame
+// is outside the tolerance of all other frames. If the times restart as well,
+// at 0 or, as in Pose2Sim, after one frame, or are negative, between frames or
+// since 1970, the frame is OrigDataStartFrame. This number is 0-based in files
+// of kinegraph and Pose2Sim, but 1-based in laboratories' files, so that a
+// start of 1 with a time of 0 is frame 0.
 int64_t FirstFrame(const TrcHeader& header, double time_s, double row_number) {
   const double by_time = time_s * header.frame_rate_hz;
   const double nearest = std::round(by_time);

@@ -29,7 +29,8 @@ struct TreeJoint {
   Eigen::Vector3d rest_direction = Eigen::Vector3d::Zero();
   // Length of the bone from the parent as a fraction of the stature (Drillis
   // and Contini, 1966, as in Winter, "Biomechanics and Motor Control of Human
-  // Movement", 4th ed., fig. 4.1); 0 if not listed there.
+  // Movement", 4th ed., fig. 4.1, and derived values, see joint_tree.cc); 0 if
+  // unknown.
   double stature_share = 0.0;
   // Coincides with its parent and rotates one of several bones that begin
   // there.
@@ -49,7 +50,8 @@ using JointTree = std::vector<TreeJoint>;
 // mid_hip is the centre of both hips if there is no such joint; likewise, neck
 // is the centre of the shoulders; limbs are attached as in a body. Other joints
 // are attached if a path of bones connects them to the root; otherwise points
-// of the head become children of the nose.
+// of a human's head become children of the nose, and all other points children
+// of the root.
 //
 // The root of a human skeleton is mid_hip or, if it never occurs in the
 // recording, neck; otherwise the root is the joint with the most bones among

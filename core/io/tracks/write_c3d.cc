@@ -1,8 +1,8 @@
 // Writing C3D, the format of motion capture laboratories, according to
-// c3d.org's user guide: Intel (little-endian) floats in 512-byte blocks: a
-// header, the parameters, then for each frame and point x, y, z [mm] and a
-// number for camera mask and residual. C3D counts frames from 1: frame 0 of the
-// tracks is frame 1 of the file.
+// c3d.org's user guide. 512-byte blocks contain a header, the parameters, then
+// for each frame and point x, y, z [mm] and a number for camera mask and
+// residual, as Intel (little-endian) floats. C3D counts frames from 1: frame 0
+// of the tracks is frame 1 of the file.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -241,8 +241,8 @@ class C3dRecording {
         if (person != nullptr && person->joints[j].present()) {
           point.head<3>() =
               kMillimetresPerMetre * axes_.Apply(person->joints[j].position_m);
-          // Readers treat exact zeros as a missing point, C3dFile if the
-          // residual is 0, too.
+          // Readers treat a point at exactly 0, 0, 0 as missing, C3dFile only
+          // if the residual is also 0.
           if (point.head<3>().isZero(0.0)) {
             point.x() = std::numeric_limits<float>::min();
           }

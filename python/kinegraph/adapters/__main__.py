@@ -3,7 +3,7 @@
     kinegraph-adapters FILE                its content, on standard output
     kinegraph-adapters --recognise FILE    kind and format; nothing if unknown
     kinegraph-adapters --write=FORMAT      tracks from standard input, in this format
-    kinegraph-adapters --packages FILE...  Debian packages that these files require
+    kinegraph-adapters --packages FILE...  missing Debian packages that these files require
     kinegraph-adapters --list              the formats
 
 --format=NAME specifies the format of FILE. The user's options are passed as --joints=N

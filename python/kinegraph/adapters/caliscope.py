@@ -261,9 +261,9 @@ def frame_rate_of(times):
 
 
 def times_of_frames(times, cameras, syncs, rate):
-    """By frame its time, the median of its views' times, and these times [ns]. The images
-    of one index are only nearly simultaneous: each has its own time. Times are shifted so
-    that the first frame with times, of index s, is at s / rate, or at 0 without a rate."""
+    """Maps each frame to its time, the median of its views' times, and to the time of each
+    view [ns]: images of one index are only nearly simultaneous. Times are shifted so that
+    the first frame with times, of index s, is at s / rate, or at 0 without a rate."""
     by_frame = {}
     for (sync, camera), time in sorted(times.items()):
         if camera in cameras and sync in syncs:

@@ -18,11 +18,11 @@ namespace {
 struct Frozen {
   const char* name;  // configs/benchmark/NAME.toml
   bool campus;
-  // Correct parts of the headline actors. Without bones the numbers are those
-  // of commit 98b8b86. With bones (offline, campus_offline), that commit had
-  // 4710 and 3674: it solved in ten coarse steps, an option that no longer
-  // exists. A solver that finds another of two minima of a joint changes one or
-  // two parts.
+  // Correct parts (PCP), summed over PcpProtocol::headline_actors. Without
+  // bones the numbers are those of commit 98b8b86. With bones (offline,
+  // campus_offline), that commit had 4710 and 3674: it solved in ten coarse
+  // steps, an option that no longer exists. If a solver finds the other of two
+  // minima for a joint, one or two parts change.
   int64_t right_parts;
 };
 

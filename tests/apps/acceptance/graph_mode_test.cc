@@ -1,6 +1,6 @@
 // Graph mode against paper mode on real Shelf detections and on Campus with
-// modelled noise. Its parameters are the defaults in code, which were not
-// chosen on these figures.
+// modelled noise. The numbers in the table [graph] are the defaults in code,
+// which were not chosen on these figures.
 #include <gtest/gtest.h>
 
 #include <algorithm>

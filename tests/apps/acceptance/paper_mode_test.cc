@@ -36,8 +36,8 @@ TEST_P(PaperParityTest, EqualsTheAuthorsCode) {
   EXPECT_EQ(parity.person_frames, parity.reference_person_frames);
   EXPECT_EQ(parity.identities, parity.reference_identities);
   EXPECT_TRUE(parity.identities_one_to_one);
-  // Every joint must agree within a millimetre. The reference computed with
-  // 32-bit cameras, which affects badly determined joints.
+  // Every joint must agree within a millimetre. The reference was computed with
+  // camera matrices of 32-bit floats, which affects badly determined joints.
   EXPECT_EQ(parity.near.count, parity.near.total)
       << "worst " << parity.worst.distance_m << " m in frame "
       << parity.worst.frame;
@@ -87,8 +87,8 @@ TEST(PaperModeTest, KeepsPcpAndIdentitiesOnRawShelfDetections) {
   const PcpResult pcp =
       EvaluatePcp(loaded.truth, tracks, loaded.dataset.protocol);
   // The lower end of the 95 % interval that `evaluate --protocol=shelf` prints
-  // for this run: lower scores are significantly worse. The choices of the
-  // authors' code have 71.37 here (docs/results.md).
+  // for this run: lower scores are significantly worse. With the choices of the
+  // authors' code, the score is 71.37 (docs/results.md).
   EXPECT_GE(MeanOfActors(pcp, PcpGroup::kTotal), 94.37);
   std::set<TrackId> ids;
   for (const TrackFrame& frame : tracks.frames) {

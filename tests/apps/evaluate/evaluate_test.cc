@@ -113,7 +113,8 @@ TEST_F(EvaluateProgramTest, OtherProtocolsPrintTheirScores) {
   ExpectPrinted("--protocol=panoptic" + against, {"AP, %"});
 }
 
-// The body frame follows the world in which people stand, whichever its axes.
+// Offsets are in the body frame, whose upward axis is found from how the people
+// of the ground truth stand, whichever axis of the world points up.
 TEST_F(EvaluateProgramTest, OffsetsDoNotDependOnTheUpwardAxis) {
   const auto walk = [](const Eigen::Matrix3d& rotation, double error_m) {
     std::vector<TrackFrame> frames;
@@ -355,8 +356,8 @@ TEST_F(EvaluateWalkerTest, EveryProtocolPairsByTimeAndReportsIt) {
     const ProgramOutcome outcome =
         Done("evaluate", "--protocol=" + protocol + Against(tracks_, truth) +
                              " --json='" + json + "'");
-    // The range ends with the last frame of the tracks; the truth ends 20 ms
-    // later.
+    // With --frames, the range ends with the last frame of the tracks; the
+    // truth has another frame 20 ms later.
     const std::string counts =
         protocol == kProtocols[4] ? "100 of 199 true" : "100 of 200 true";
     EXPECT_THAT(

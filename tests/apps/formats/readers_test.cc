@@ -1,6 +1,7 @@
 // Output of kinegraph-convert, read by other programs and compared with the
-// tracks: three.js in Chromium, SciPy and xarray, Khronos' validator of glTF;
-// C3D by a reader that was written from the specification for these tests.
+// input: three.js in Chromium, SciPy, xarray, COLMAP, Khronos' validator of
+// glTF, and readers of C3D and of Anipose's tables that were written for these
+// tests. Also files of SLEAP and DeepLabCut, read by kinegraph.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -135,7 +136,7 @@ TEST_F(FormatReaders, C3dHasPointsResidualsAndCameras) {
   const Json read = Read("c3d_reader.py", "take.c3d");
   EXPECT_EQ(read["first"], 301) << "C3D counts from 1";
   EXPECT_EQ(read["rate"], 50.0);
-  ASSERT_EQ(read["frames"].size(), 40u) << "frame 311 too, without points";
+  ASSERT_EQ(read["frames"].size(), 40u) << "with frame 311, without points";
   ASSERT_EQ(read["labels"].size(), 50u);
   EXPECT_EQ(read["labels"][0], "person_3:nose");
   EXPECT_EQ(read["labels"][26], "person_12:neck");
@@ -324,8 +325,9 @@ TEST_F(FormatReaders, GltfPassesTheKhronosValidator) {
   const fs::path validator =
       testing::BuildFile("npm/node_modules/gltf-validator");
   if (!fs::exists(validator) || std::system("node --version >/dev/null") != 0) {
-    GTEST_SKIP() << "needs nodejs and npm: npm ci --prefix BUILD/npm of "
-                    "tests/apps/formats/npm, as .ci/run does";
+    GTEST_SKIP() << "needs nodejs and gltf-validator: copy "
+                    "tests/apps/formats/npm to BUILD/npm and run "
+                    "npm ci --prefix BUILD/npm, as .ci/run does";
   }
   const std::string script =
       testing::ProjectFile("tests/apps/formats/validate_gltf.js").string();

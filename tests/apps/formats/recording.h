@@ -1,4 +1,5 @@
-// A recording with constant bone lengths, for formats of rotating rigid bones.
+// A recording with constant bone lengths, for formats that store rotations of
+// rigid bones.
 #ifndef KINEGRAPH_TESTS_APPS_FORMATS_RECORDING_H_
 #define KINEGRAPH_TESTS_APPS_FORMATS_RECORDING_H_
 

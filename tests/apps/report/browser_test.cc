@@ -457,7 +457,8 @@ TEST_F(PageInBrowser, TimelinesAreDrawn) {
             Json::array({true, true, false, false}));
 }
 
-// Frames are evenly spaced in a timeline, so labels must follow a gap.
+// A timeline spaces frames evenly, also across a gap in time, so the label of a
+// time must stand at the frame of that time.
 TEST_F(PageInBrowser, TimelineLabelsStandAtTheirFrames) {
   Recording gapped = MakeRecording();
   for (size_t f = kFrames / 2; f < kFrames; ++f) {  // after a gap of 3 s

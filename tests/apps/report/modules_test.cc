@@ -55,7 +55,7 @@ Module ReadModule(const fs::path& path) {
       std::regex_replace(text, std::regex("\nimport [^\n]*"), "");
   code = std::regex_replace(code,
                             std::regex("'(?:[^'\\\\\n]|\\\\.)*'|//[^\n]*"), "");
-  // Words other than properties, their keys, and methods of classes.
+  // Words other than properties, keys of objects and methods of classes.
   module.used =
       Matches(code, "(?:^|[^\\w.$])(\\w+)(?!\\w|\\s*:|\\([^\n]*\\) \\{\n)");
   return module;
@@ -77,7 +77,7 @@ TEST(PageModulesTest, ImportExactlyTheUsedNames) {
   for (const auto& [name, module] : modules) {
     for (const auto& [from, words] : module.imported) {
       EXPECT_LT(order.find(" " + from), order.find(" " + name))
-          << name << ".js imports of " << from << ".js";
+          << name << ".js imports from " << from << ".js, which is not earlier";
     }
   }
   std::map<std::string, std::string> home;

@@ -218,7 +218,7 @@ TEST(PageData, AnglesDecodeWithinHalfAQuantum) {
       EXPECT_NEAR(values[pose] * 0.1, truth, 0.05 + 1e-9);
     }
   }
-  EXPECT_GT(missing, 0) << "of the left knee";
+  EXPECT_GT(missing, 0) << "expected missing angles of the left knee";
 }
 
 TEST(PageData, HostileNamesStayData) {

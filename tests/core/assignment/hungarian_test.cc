@@ -107,8 +107,9 @@ TEST(HungarianTest, SolvesSmallAndEmptyProblemsAndRejectsInvalidCosts) {
 }
 
 TEST(HungarianTest, FindsTheKnownOptimumOfALargeProblem) {
-  // c_ij = u_i + v_j + slack, slack 0 on one permutation, which is the optimum:
-  // the reduced costs of this dual are not negative.
+  // c_ij = u_i + v_j + slack, where the slack is 0 on one permutation and
+  // positive elsewhere: (u, v) is a feasible dual solution of the same cost, so
+  // the permutation is the optimum.
   constexpr int kSize = 120;
   Random random(11);
   std::vector<int> permutation(kSize);

@@ -21,10 +21,10 @@ AssociationOptions Options(AffinityKind kind = AffinityKind::kPart) {
   return options;
 }
 
-// Eq. 1 for a projected pose with every joint at the origin of the image, and
-// an observation whose first `near` joints lie `near_px` to the right of the
-// origin and whose other joints lie `far_px` to its right; only the first
-// `found` joints exist.
+// Eq. 1 of Chu et al. (2021) for a projected pose with every joint at the
+// origin of the image, and an observation whose first `near` joints lie
+// `near_px` to the right of the origin and whose other joints lie `far_px` to
+// its right; only the first `found` joints exist.
 struct Pair {
   int near;
   double near_px, far_px;
@@ -51,7 +51,7 @@ TEST(AffinityTest, MatchesHandComputedValues) {
         {5, 35.0, 500.0, 9, 1.0, kPart, 0.0},
         // Fewer than six common joints do not match.
         {17, 0.0, 0.0, 5, 1.0, kPart, 0.0},
-        // Over all joints: (16 - 17) / 17 with one at g = -17.
+        // The mean over all joints: 16 at 1 and one at 1 - 1260 / 70 = -17.
         {1, 1260.0, 0.0, 17, 1.0, AffinityKind::kBody, -e3 / 17.0}}) {
     Observation observation;
     for (int j = 0; j < 17; ++j) {
@@ -125,7 +125,7 @@ TEST_F(ViewMatcherTest, AssignsDetectionsToPeople) {
   // zero.
   EXPECT_EQ(Match({{&left_, 10.0}}, {left_}), (std::vector<int>{0}));
   EXPECT_LT(matcher_.affinities()[0], 1e-12);
-  const Pose3d behind = testing::StandingPerson(40.0, 0.0);  // the camera
+  const Pose3d behind = testing::StandingPerson(40.0, 0.0);  // behind camera 0
   EXPECT_EQ(Match({{&behind, 1.0}}, {left_}), (std::vector<int>{-1}));
   EXPECT_EQ(Match({{&left_, 1.0}}, {}), (std::vector<int>{-1}));
   EXPECT_TRUE(Match({}, {}).empty());

@@ -59,8 +59,8 @@ TEST_F(AllViewMatcherTest, AppliesToSkeletonsOfFewJoints) {
   EXPECT_FALSE(AllViewMatcher::AppliesTo(Tum14()));
 }
 
-// Cameras 0 and 2, on the x axis, see the two people one behind the other,
-// where the expected positions are nearer to the wrong detection.
+// Cameras 0 and 2, on the x axis, see the two people one behind the other. In
+// these views each expected position is nearer to the other person's detection.
 TEST_F(AllViewMatcherTest, ViewsTogetherResolveAnAmbiguity) {
   See({Box(0.7, 0.1), Box(-0.7, -0.1)});
   EXPECT_EQ(Match({Box(0.6, -0.1), Box(-0.6, 0.1)}, 0.25), Matches(4, {0, 1}));
@@ -75,8 +75,8 @@ TEST_F(AllViewMatcherTest, ToleratesAHiddenBottom) {
   EXPECT_EQ(Match({Box(0.1, 0.0), Box(1.0, 0.9)}, 0.25), Matches(4, {0, 1}));
 }
 
-// Camera 0 sees a box 0.3 m to the side that ends at hip height. If somebody in
-// front hides the legs, it may be the person; otherwise it is somebody else.
+// In camera 0 the box of the first person is 0.3 m to the side and ends at hip
+// height. It is matched if somebody in front hides the legs, and not otherwise.
 TEST_F(AllViewMatcherTest, HiddenJointsAreMisplacedMoreOften) {
   const std::vector<Pose3d> two = {Box(0.0, 0.0), Box(2.0, 0.0)};
   See(two);
@@ -124,7 +124,8 @@ TEST_F(AllViewMatcherTest, TheOrderOfViewsDoesNotMatter) {
   }
 }
 
-// No person moves by 1.1 m in a quarter of a second.
+// The person is off by 0.8 m on each axis: five standard deviations of the
+// position expected after 0.25 s, less than one after 2 s (ExpectedSigma).
 TEST_F(AllViewMatcherTest, SearchRadiusGrowsWithAge) {
   See({Box(0.8, 0.8)});
   EXPECT_EQ(Match({Box(0.0, 0.0)}, 0.25), Matches(4, {-1}));

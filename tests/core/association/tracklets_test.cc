@@ -51,10 +51,10 @@ TEST_F(TrackletsTest, OwnerKeepsContinuedTracklet) {
 TEST_F(TrackletsTest, OwnershipSurvivesShortDetectionGaps) {
   SeeTwo(-0.8, 0.8);
   for (int k = 0; k < 4; ++k) See({0.8});
-  See({-0.8, 0.8});  // 0.2 s after it was seen
+  See({-0.8, 0.8});  // the first person was not seen for 0.2 s
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
   for (int k = 0; k < 5; ++k) See({0.8});
-  See({-0.8, 0.8});  // 0.24 s
+  See({-0.8, 0.8});  // for 0.24 s
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(2));
 }
@@ -66,7 +66,7 @@ TEST_F(TrackletsTest, OwnershipSurvivesALowRate) {
   EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
   EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(2));
   See({0.8});
-  See({-0.8, 0.8});  // 0.5 s after it was seen: more than 1.5 intervals
+  See({-0.8, 0.8});  // not seen for 0.5 s, more than 1.5 intervals
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
@@ -85,8 +85,8 @@ TEST_F(TrackletsTest, OwnershipRequiresMinimumDuration) {
   EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
-// One of two people side by side is not detected; the other stands between
-// their positions, so the detection is ambiguous.
+// One of two people side by side is not detected. The detection of the other
+// lies between their last positions, so it is ambiguous.
 TEST_F(TrackletsTest, AmbiguousDetectionsHaveNoOwner) {
   SeeTwo(-0.05, 0.05);
   See({0.0});

@@ -169,8 +169,8 @@ TEST(Stance, AStandingPersonDefinesUpInAnyWorld) {
   EXPECT_EQ(NearestAxis(*turned.stance().Up(), 1.0), Eigen::Vector3d::UnitX());
 }
 
-// A lying person and a world on its side look the same unless the file or the
-// cameras state the upward direction.
+// A lying person and a world on its side look the same unless the file states
+// the upward direction. That of the cameras does not decide.
 TEST(Stance, ALyingPersonLeavesUpUndetermined) {
   for (const double height_m : {0.2, 0.7}) {
     People people;
@@ -184,8 +184,8 @@ TEST(Stance, ALyingPersonLeavesUpUndetermined) {
   }
 }
 
-// A person who walks for a fifth of the time: only along z is the height of the
-// floor constant.
+// A person walks for a fifth of the time and lies for the rest; the height of
+// the floor is constant only along z.
 TEST(Stance, TheFloorOutweighsALyingPerson) {
   for (const double height_m : {0.2, 0.6}) {
     People people;

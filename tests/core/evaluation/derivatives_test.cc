@@ -141,8 +141,8 @@ TEST(DerivativesTest, ASmoothedLandingLosesItsPeak) {
   EXPECT_EQ(contacts.count, 21 * 14);  // 0.1 s on either side
   EXPECT_EQ(contacts.peaks, 14);
   EXPECT_NEAR(contacts.peak_instant_ms, 30.0, 1e-9);
-  // A central difference over 0.01 s lowers the sharp peak to 2 (sqrt(2) - 1)
-  // of its value, by the path's values at -0.01, 0 and 0.01 s.
+  // The second difference of the path's values at -0.01, 0 and 0.01 s lowers
+  // the sharp peak to 2 (sqrt(2) - 1) of its value.
   const double seen = 2.0 * (std::sqrt(2.0) - 1.0);
   const double smoothed = 2.0 * 16.0 * (std::sqrt(1.0 + 1.0 / 16.0) - 1.0);
   EXPECT_NEAR(contacts.peak_error_percent,

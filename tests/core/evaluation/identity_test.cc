@@ -36,7 +36,7 @@ TEST(IdentityTest, CountsMatchHandComputedValues) {
                 {4, 0, 0, 2, 0, 2},
                 .5,
                 .5},
-           // A gap is a fragment unless the track does not return.
+           // A gap counts as a fragment only if the person is found again.
            Case{kFour, "1@0 | | 1@0 |", {2, 2, 0, 0, 1, 2}, .5, 2. / 3},
            Case{"0@0 | 0@0 | 0@0",
                 "1@0 | | 2@0",

@@ -40,7 +40,7 @@ TEST(MotionTest, AccelerationIsTheSecondDifference) {
 }
 
 TEST(MotionTest, NeedsThreeConsecutiveObservedFramesOfOnePerson) {
-  // A gap in frame 2, a pose that is not observed in 4, then another person.
+  // A gap in frame 2, only inferred joints in frame 4, then another person.
   TrackSequence tracks = Standing("0@0 | 0@0 | | 0@0 | 0@9 | 1@0 | 1@0");
   for (Joint3d& joint : tracks.frames[4].people[0].joints) {
     joint.status = JointStatus::kInferred;
@@ -142,7 +142,8 @@ TEST(Power, WhiteNoiseCountsInProportionToBandwidth) {
   const TrackSequence noise =
       Moving(6000, rate_hz, [&](double) { return random.Uniform(-0.5, 0.5); });
   // Variance 1/12; 24 of 30 Hz lie above 6 Hz. All joints move alike, so there
-  // are about 6000 / 120 * 2 * 48 bins: 1.5 % of standard error.
+  // are about 6000 / 120 * 2 * 48 bins, which give a standard error of 1.5 %;
+  // the tolerance is five times that.
   EXPECT_NEAR(Power(noise, rate_hz), 24.0 / 30.0 / 12.0, 0.06 / 12.0);
 }
 

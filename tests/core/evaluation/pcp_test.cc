@@ -341,7 +341,8 @@ TEST(HeadConversionTest, FourDUsesNeckAndMidHipOfThePose) {
   const int neck = FourDA19().IndexOf("neck");
   const int mid_hip = FourDA19().IndexOf("mid_hip");
   const Tum14Converter convert(FourDA19(), HeadConversion::k4d);
-  ExpectNear(convert(pose)[kTop].position_m, {0, 0.175, 1.745});  // from m
+  // Without a neck, the middle of the shoulders is used, as for COCO.
+  ExpectNear(convert(pose)[kTop].position_m, {0, 0.175, 1.745});
   // A trunk leaning back by 3:4 rotates the face up: (0, -0.3, 0.4) x (1, 0, 0)
   // = (0, 0.4, 0.3), of length 0.5.
   pose[mid_hip] = Observed(0.0, 0.0, 1.0);

@@ -61,8 +61,8 @@ const double kMotionM = kAmplitudeM / std::sqrt(2.0);
 const double kKeptM = kNoiseM * std::sqrt(3.0 * 48.0 / 50.0);
 // The standard error of a power from 79 segments of 48 x 3 noise values, half
 // overlapping, is 2 %; that of the cross-spectrum with the reference's errors,
-// whose power is four times as large, 4 %: 10 % of an amplitude (its root) is 5
-// standard errors.
+// whose power is four times as large, is 4 %. An amplitude, the root of a
+// power, has half of this relative error: 10 % are 5 standard errors.
 constexpr double kTolerance = 0.1;
 
 TEST_F(SmoothingBalanceTest, AScaledDownMotionCountsAsRemoved) {

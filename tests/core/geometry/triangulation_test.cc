@@ -81,9 +81,9 @@ TEST(TriangulationTest, EqualsSingularValueDecomposition) {
         ASSERT_TRUE(result.ok());
         EXPECT_LT((result.point_m - expected).norm(), 1e-8 * expected.norm())
             << views << " views";
-        // Weights of 1 and exp(-15), a view three frames old: rounding 1e-16
-        // over 3e-7, with two digits to spare; the squared condition of the
-        // normal equations would leave three digits.
+        // Weights of 1 and exp(-15), that of a view three frames old with
+        // lambda_t = 5: rounding is 1e-16 / 3e-7, with two digits to spare; the
+        // squared condition of the normal equations would leave three digits.
         if (views != 3 || noise_px > 5.0) continue;
         measurements.resize(2);
         measurements[0].weight = 1.0;
@@ -97,9 +97,9 @@ TEST(TriangulationTest, EqualsSingularValueDecomposition) {
 }
 
 TEST(TriangulationTest, ErrorGrowsAsTheoryPredicts) {
-  // Two nearly orthogonal rays of 4.1 m, 1000 px: each determines the
-  // directions perpendicular to it to sigma * 4.1 / 1000 m; heights are
-  // measured by both.
+  // Two nearly orthogonal rays of 4.1 m, with a focal length of 1000 px: each
+  // determines the directions perpendicular to it to sigma * 4.1 / 1000 m;
+  // heights are measured by both.
   CameraRig ring = testing::RingOfCameras(4, 4.0);
   const CameraRig cameras = {ring[0], ring[1]};
   const Eigen::Vector3d point(0.0, 0.0, 1.0);

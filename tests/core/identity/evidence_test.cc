@@ -1,4 +1,5 @@
-// Evidence for one person: bones (bones.h) and motion (motion.h).
+// Evidence that two tracks show one person: bones (bones.h) and motion
+// (motion.h).
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -88,12 +89,12 @@ double RatioOfShortPiece(double sigma_m) {
 }
 
 TEST(BoneModelTest, ShortPieceIsAsUncertainAsStated) {
-  // A length of 0.5 m is off by 20 mm. With joints accurate to 5 mm, one second
-  // would determine it to 5 mm * sqrt(2) * sqrt(0.35 / 1) = 4 mm, but no better
-  // than 1 %, 5 mm, is assumed; the long track determines it to 2 mm. The
-  // floors of the two tracks, 5 mm each, add 7 mm: 20 mm is 2.3 sigmas. With
-  // joints accurate to 20 mm the tracks determine it to 17 mm and 6 mm: 1.0
-  // sigma.
+  // A length of 0.5 m is off by 20 mm. With joints accurate to 5 mm, whose
+  // errors last for 0.35 s (kErrorLasts in bones.cc), one second would
+  // determine it to 5 mm * sqrt(2) * sqrt(0.35 / 1) = 4 mm, but no better than
+  // 1 %, 5 mm, is assumed; the long track determines it to 2 mm. The floors of
+  // the two tracks, 5 mm each, add 7 mm: 20 mm is 2.3 sigmas. With joints
+  // accurate to 20 mm the tracks determine it to 17 mm and 6 mm: 1.0 sigma.
   const double sure = RatioOfShortPiece(0.005);
   const double unsure = RatioOfShortPiece(0.02);
   EXPECT_LT(sure, -3.0);
@@ -103,7 +104,8 @@ TEST(BoneModelTest, ShortPieceIsAsUncertainAsStated) {
 TEST(BoneModelTest, UnmeasuredBodiesGiveNoEvidence) {
   CrowdMaker crowd(100);
   crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
-  crowd.Add({1, 50, 51, {2.0, 0.0}, {0.0, 0.0}, 1.0});  // shorter than a piece
+  // Two frames, fewer than a piece needs.
+  crowd.Add({1, 50, 51, {2.0, 0.0}, {0.0, 0.0}, 1.0});
   const std::vector<Tracklet> people =
       CollectTracklets(crowd.frames(), Coco17());
   ASSERT_EQ(people.size(), 2u);
@@ -169,7 +171,8 @@ TEST(MotionModelTest, StandingPeopleAreNotExpectedFarAway) {
   // 0.8 m away at rest after 0.6 s: plausible for a walker who stopped, hardly
   // for a standing person.
   EXPECT_GT(ratio(1.2, 0.8), ratio(0.0, 0.8) + 1.0);
-  // A standing person remains there with more certainty.
+  // It is more certain that a standing person stays than that a walker stops
+  // there.
   EXPECT_GT(ratio(0.0, 0.0), ratio(1.2, 0.8) + 1.0);
 }
 
@@ -207,7 +210,7 @@ TEST(MotionModelTest, StandingPeopleKeepHeading) {
   EXPECT_GT(ratio(1.0, 3.0, 0.0), unknown - 1.5);
   // Left and right are equivalent.
   EXPECT_NEAR(ratio(1.0, 0.5, 0.0), ratio(1.0, -0.5, 0.0), 1e-9);
-  // After minutes, and for striding people, hardly any evidence.
+  // After minutes, and for striding people, the heading is hardly any evidence.
   EXPECT_NEAR(ratio(120.0, 0.1, 0.0), ratio(120.0, 3.0, 0.0), 0.05);
   EXPECT_LT(ratio(1.0, 0.1, 2.0) - ratio(1.0, 3.0, 2.0),
             0.25 * (ratio(1.0, 0.1, 0.0) - ratio(1.0, 3.0, 0.0)));
@@ -230,7 +233,8 @@ TEST(MotionStateTest, ReadsPositionAndVelocityAtBothEnds) {
   const MotionState end = StateAtEnd(walk);
   EXPECT_EQ(begin.time, 0);
   EXPECT_EQ(end.time, FrameClock(25.0).TimeOf(99));
-  // The velocity of a short line is shrunk towards zero, here by 7 %.
+  // A velocity fitted over 0.3 s is shrunk towards zero, here by 7 % (FitState
+  // in tracklet.cc).
   EXPECT_NEAR(begin.velocity_mps.x(), 1.0, 0.15);
   EXPECT_NEAR(end.velocity_mps.y(), -0.5, 0.08);
   EXPECT_NEAR(begin.position_m.x(), 1.0, 0.03);

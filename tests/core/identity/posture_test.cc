@@ -53,8 +53,8 @@ TEST(PostureTest, TooFewJointsAreNoPosture) {
 
 TEST(PostureTest, EvidenceDecaysWithTime) {
   const PostureModel model({}, kUp);
-  // 0.1 m is typical of the same person after 0.2 s; 0.4 m is more typical of
-  // another, whose median distance is 0.28 m.
+  // After 0.2 s a distance of 0.1 m is typical of one person; 0.4 m is more
+  // typical of two, whose median distance is 0.28 m.
   const LimbPosture here = Raised(0.0);
   const LimbPosture own = Raised(0.1 * std::sqrt(12.0));
   const LimbPosture other = Raised(0.4 * std::sqrt(12.0));
@@ -62,7 +62,8 @@ TEST(PostureTest, EvidenceDecaysWithTime) {
   EXPECT_LT(model.LogRatio(here, other, 0.2), -1.0);
   EXPECT_LT(model.LogRatio(here, own, 2.0), model.LogRatio(here, own, 0.2));
   EXPECT_GT(model.LogRatio(here, other, 2.0), model.LogRatio(here, other, 0.2));
-  // After a minute the share of people who continue is 0.9 e^-20 = 2e-9.
+  // After a minute the share of people who continue their activity is
+  // 0.9 e^-20 = 2e-9.
   EXPECT_NEAR(model.LogRatio(here, other, 60.0), 0.0, 1e-6);
 }
 

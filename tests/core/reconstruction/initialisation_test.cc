@@ -131,7 +131,7 @@ class WeightedDistanceTest : public InitialisationTest {
                                         a.joints[j].confidence, b.view_idx,
                                         b.ideal_px[j], b.joints[j].confidence);
     }
-    return sum / 17.0 / 60.0;  // the mean over 17 joints, over alpha_group_px
+    return sum / 17.0 / 60.0;  // the mean of 17 joints / alpha_group_px
   }
 
   const GroupingRule rule_{AuthorsCode(), epipolar_,

@@ -399,7 +399,7 @@ TEST(Noise, StudentTailsKeepTheSigma) {
       n += 2.0;
     }
   }
-  // Both axes share a scale, so pairs count half.
+  // Both axes share a scale, so a pair may count as one draw: inflation 2.
   ExpectShare(beyond, n, 0.05, 2.0);
 }
 

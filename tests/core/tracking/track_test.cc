@@ -23,7 +23,7 @@ TEST(TrackLifeTest, ConfirmedAtTheThirdHit) {
   life.Step(1 * kFrame, true, true);
   life.Step(2 * kFrame, true, false);  // matched, but the update failed
   EXPECT_EQ(life.state(), TrackState::kTentative);
-  life.Step(3 * kFrame, true, true);  // the miss does not reset the hits
+  life.Step(3 * kFrame, true, true);  // the failure does not reset the hits
   EXPECT_EQ(life.state(), TrackState::kConfirmed);
 }
 
@@ -44,8 +44,8 @@ TEST(TrackLifeTest, DeletedExactlyTenFramesAfterTheLastUpdate) {
       life.Step((2 + frame) * kFrame + jitter, false, false);
     }
     EXPECT_EQ(life.state(), TrackState::kDeleted);
-    // After missing frames, it is deleted at the beginning of a frame from an
-    // age of eleven frames on.
+    // After missing frames, the track is deleted at the beginning of a frame in
+    // which its age is eleven frames or more.
     life = Born();
     life.BeginFrame(10 * kFrame + jitter);
     EXPECT_NE(life.state(), TrackState::kDeleted) << "may still be matched";

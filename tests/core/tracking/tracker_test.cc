@@ -75,7 +75,7 @@ TEST_F(TrackerTest, ATrackSurvivesNineMissedFramesNotTen) {
 
 TEST_F(TrackerTest, GapsLongerThanTheMaximumAgeEndEveryTrack) {
   // After missing frames, a track of age 10 may still be matched; an older
-  // track may not, because its gate has grown beyond the image.
+  // track may not, because its gate could cover the whole image.
   for (const int age : {10, 11, 200}) {
     const auto tracker = Make();
     Show(tracker.get(), 0, 5, {Stander()});
@@ -268,9 +268,9 @@ DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
 }
 
 // With six unmatched detections in each of two views, 0.05 * 6 * 6 = 1.8 pairs
-// of them are expected to agree by chance: three cameras that face the position
-// without a detection are evidence against it. In paper mode the two views
-// start a track.
+// of them are expected to agree by chance. Three more cameras face the position
+// and do not detect a person there, so the two views start no track; in paper
+// mode they do.
 TEST_F(TrackerTest, TwoOfFiveViewsAmongStraysStartNobody) {
   const auto count = [&](AssociationRules rules, size_t views, int strays) {
     TrackerOptions options;
@@ -326,8 +326,8 @@ TEST_F(TrackerTest, IntermittentFewJointsStartNobody) {
 }
 
 // The second of the two remaining views sees half of a person. This keeps the
-// track alive, but not among strays, where the match may be chance; there all
-// joints are needed.
+// track alive, but not among strays, where the match may be chance: there two
+// thirds of the joints must be seen by both views.
 TEST_F(TrackerTest, HalfVisiblePersonAmongStraysIsLost) {
   const auto lives = [&](AssociationRules rules, size_t joints, int strays) {
     TrackerOptions options = By(rules);
@@ -353,8 +353,9 @@ TEST_F(TrackerTest, HalfVisiblePersonAmongStraysIsLost) {
 // Elbows, wrists, knees and ankles jump by 2 m. Two views see only the joints
 // that did not move, and follow them; the other views, which see all joints, no
 // longer fit. The track's arms and legs remain where they were only as a
-// prediction, so there is no new person. If the track was lost for 0.16 s
-// before, it may be another person, seen by all views.
+// prediction, so there is no new person. After a loss of 0.16 s the detections
+// may be of another person, so the track ends and all views start a new one. In
+// paper mode the other views start a second track.
 TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
   const auto leaps = [](size_t j) { return j > 6 && j != 11 && j != 12; };
   Pose3d leaper = Stander();

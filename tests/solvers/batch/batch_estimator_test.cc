@@ -165,7 +165,8 @@ TEST_F(BatchEstimatorTest, ShortGapIsBridgedInEveryFrame) {
   }
 }
 
-// A bone leaves a joint seen by one view two possible positions on its ray.
+// If only one view sees a joint, the length of its bone still permits two
+// positions on the view's ray.
 TEST_F(BatchEstimatorTest, OneViewAndABoneDoNotKeepTheCovarianceSmall) {
   constexpr size_t kWrist = 2;
   constexpr size_t kLost = 20;

@@ -120,8 +120,8 @@ TEST_F(ChunksTest, CovariancesMatchASolveOfTheWholeRecording) {
     for (size_t k = 0; k < 750; ++k) {
       const Matrix6d& whole = covariances[0][j][k];
       // Skips frames without two inlier views, such as those of the gap: the
-      // overlap of the chunk that ends in the gap contains only half a second
-      // of the observations after it.
+      // overlap of the chunk that ends in the gap contains observations from
+      // only half a second after the gap.
       if (CountInliers(solved.joints[j], k, options_.inlier_weight) < 2) {
         continue;
       }

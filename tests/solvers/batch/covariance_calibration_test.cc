@@ -184,7 +184,8 @@ TEST_P(Defaults, GrossOutliersCostLittle) {
 INSTANTIATE_TEST_SUITE_P(Estimators, Defaults, ::testing::Bool());
 
 TEST(NoiseScale, IsEstimatedFromTheResiduals) {
-  // A detector with twice the configured error: the batch reports it.
+  // The detector's error is twice the configured one; the batch's covariances
+  // nevertheless match its errors.
   GraphOptions options = testing::FixedNoise();
   options.correlation_time_s = 0.0;
   options.information_scale = 1.0;

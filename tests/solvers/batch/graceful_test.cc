@@ -290,7 +290,8 @@ TEST_P(GracefulOptions, TooFewIterationsGiveFinitePosesAndOneWarning) {
 INSTANTIATE_TEST_SUITE_P(SolversAndBones, GracefulOptions, kAllKinds);
 
 // If a bone length contradicts the observations, one iteration does not
-// suffice. Measurements of states that would move on get weight zero.
+// suffice. The measurements of states that are still far from convergence get
+// weight zero.
 TEST(BoneSolverTest, ReportsNonConvergence) {
   SceneModel scene =
       testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);

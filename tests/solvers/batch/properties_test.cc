@@ -175,8 +175,8 @@ TEST_P(PropertiesTest, MovingTheWorldMovesTheResult) {
 }
 
 // Another unit of length: a world twice as large with the lengths among the
-// options doubled. The detector's error, defined at 4 m, is then defined at 8
-// m.
+// options doubled. The detector's error is specified in pixels at a depth of
+// 4 m; to specify it at 8 m, the pixels are doubled.
 TEST_P(PropertiesTest, AnotherUnitScalesTheResult) {
   static constexpr double kUnit = 2.0;
   World scaled = world_;

@@ -72,7 +72,7 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem,
     using Factor = std::decay_t<decltype(factor)>;
     Linearised<Factor> at;
     if (!LineariseFactor(factor, keys, problem, &at)) {
-      ADD_FAILURE() << "no image";
+      ADD_FAILURE() << "a joint has no image in a view that measures it";
       return false;
     }
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(Factor::kResiduals, size);
@@ -124,9 +124,10 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
       EXPECT_TRUE(report.finite);
       EXPECT_TRUE(report.converged) << report.iterations;
     }
-    // Ceres stops where rounding hides the progress of the cost, a part in
-    // 1e16 of about 1e3 under a curvature of 1e3 / m^2 and more: 1e-8 m, and
-    // ten times that where reweighting converges slowly.
+    // Ceres stops where rounding, 1e-16 of a cost of about 1e3, hides its
+    // progress: with a curvature of 1e3 / m^2 or more, at sqrt(1e-13 / 1e3) =
+    // 1e-8 m from the minimum, and at ten times that where reweighting
+    // converges slowly.
     ExpectMinimumOfCeres(schedule, problem_, ours, 1e-7);
   }
 }

@@ -186,8 +186,9 @@ double MeanSquareOf(const BundleResult& result) {
   return squares.tail(error.size() - kHeld).mean();
 }
 
-// Four seconds have 20 blocks of time, but 24 parameters: without shrinkage,
-// the scores of so few blocks have no variance in some directions.
+// Four seconds consist of 20 blocks of time, fewer than the 24 parameters:
+// without shrinkage, the scores of the blocks have no variance in some
+// directions.
 TEST(Bundle, FewTimeBlocksDoNotUnderestimateAnyDirection) {
   constexpr int kSeeds = 20;
   BundleOptions options = Quick();
@@ -301,8 +302,8 @@ TEST(Bundle, StandardDeviationsFollowTheRecordingsOffsets) {
       sum += MeanSquareOf(result) / (2 * kSeeds);
     }
   }
-  // Twice the offsets, twice the standard deviations; less by the noise that
-  // does not persist.
+  // Doubled offsets nearly double the standard deviations; the noise that does
+  // not persist is the same.
   EXPECT_GT(sigmas[1], 1.5 * sigmas[0]);
   EXPECT_LT(sigmas[1], 2.0 * sigmas[0]);
   // The mean square of 272 normalised errors has a standard deviation of 0.09.

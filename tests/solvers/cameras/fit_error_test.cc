@@ -210,7 +210,7 @@ TEST(CompareFitsTest, ConstantGainHasAnExactInterval) {
   EXPECT_FALSE(of(1).is_enough());
 }
 
-// Half of the bins are as much better as the other half is worse.
+// The error falls by 2 px in half of the bins and rises by 2 px in the others.
 TEST(CompareFitsTest, GainByChanceIsNotSignificant) {
   const Eigen::ArrayXXd before = Eigen::ArrayXXd::Constant(1, 20, 6.0);
   Eigen::ArrayXXd after = before;
@@ -262,9 +262,10 @@ TEST(FitGainTest, IsEnoughDependsOnShareAndSignificance) {
 
 // ---- Cross-validation ----
 
-// The rotation of a camera by half a degree (7 px, at least a third of which
-// remains in its view) is estimated from one half of the data and reduces the
-// error of the other half. Correct cameras have no significant gain.
+// A camera is rotated by half a degree, 7 px. Joints fitted to all views leave
+// at least a third of this as an error of its view. The rotation is estimated
+// from one half of the data and reduces the error of the other half. Correct
+// cameras have no significant gain.
 TEST(CrossFitTest, GainsOnlyIfACameraIsWrong) {
   for (const bool turned : {false, true}) {
     testing::FaultyScene scene = testing::MakeFaultyScene({9, 4, 3, 8.0});

@@ -16,9 +16,9 @@ namespace {
 std::atomic<int64_t> allocations{0};
 }  // namespace
 
-// Every `new` of this program; Eigen's own memory comes from malloc, and no
-// matrix that a window holds changes its size. Not inlined: the compiler would
-// report free() as a mismatched deallocation.
+// Counts every `new` of this program. Eigen allocates with malloc, which is not
+// counted, but no matrix that a window holds changes its size. Not inlined: the
+// compiler would report free() as a mismatched deallocation.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   if (void* const memory = std::malloc(size)) return memory;

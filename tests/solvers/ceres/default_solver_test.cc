@@ -1,4 +1,4 @@
-// Checks by the counts of solves which solvers a run uses, and properties of
+// Checks which solvers a run uses, by its counts of solves, and properties of
 // CeresSolver. Sweeps are the iterations of the block-tridiagonal solver.
 #include <gtest/gtest.h>
 
@@ -163,8 +163,8 @@ TEST_F(CeresSolverTest, ResultDoesNotDependOnEarlierSolves) {
   }
 }
 
-// With graph.start = "dlt" nothing but Refine includes the bones, so that
-// covariances must not if it has failed.
+// With graph.start = "dlt" only Refine solves with the bones. If it fails,
+// covariances must not include them.
 TEST_F(CeresSolverTest, AFailedSolveFromDltDropsTheBones) {
   Make({4, 20, 71, false, 0}, SimulatedNoise());
   GraphOptions options;
@@ -185,7 +185,8 @@ TEST_F(CeresSolverTest, AFailedSolveFromDltDropsTheBones) {
 
 class PersonSolverTest : public testing::SolverProblemTest {};
 
-// A prior of earlier frames also couples joints without bones.
+// A marginal prior couples joints even if there are no bones, so a solve can
+// fail without any bones to drop.
 TEST_F(PersonSolverTest, AFailedSolveDropsOnlyBonesThatExist) {
   GraphOptions options;
   options.solver = GraphSolver::kBlockTridiagonal;
@@ -212,8 +213,8 @@ TEST_F(PersonSolverTest, AFailedSolveDropsOnlyBonesThatExist) {
   }
 }
 
-// Weights at states that no solve has found must not make views inliers, nor
-// replace the zero weights of joints that an earlier solve left in doubt.
+// If a solve fails, weights at its states must not make views inliers, nor
+// replace the zero weights that an earlier solve gave to unconverged states.
 TEST_F(CeresSolverTest, AFailedSolveKeepsTheWeights) {
   Make({4, 20, 71, false, 0}, SimulatedNoise());
   const Bone& bone = scene_.skeleton.bones()[0];

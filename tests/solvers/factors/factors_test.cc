@@ -49,7 +49,7 @@ Eigen::VectorXd RandomState(Random* random) {
 // Folds back at a radius of 1.05 (normalised).
 constexpr std::array<double, 5> kLens = {-0.3, 0.0, 0.002, -0.001, 0.0};
 
-// Four metres before the origin along -z, looking along +z, x to the right.
+// At (0, 0, -4) m, looking along +z, with x to the right.
 Camera FrontCamera(bool with_lens) {
   CameraParameters parameters;
   parameters.name = "front";

@@ -34,9 +34,10 @@ TEST(CausalGaussianWeightsTest, MatchScipy) {
 }
 
 TEST(CausalGaussianWeightsTest, ShortListsAreReflectedAgain) {
-  // A single pose has all the weight. Two poses a b, sigma 0.8, radius 3:
-  // places -2..4 of the continued list are  b a | a b | b a a: newest = b at
-  // place 1 has k = 0, +1 and -3; a has k = -1, -2, +2, +3.
+  // A single pose has all the weight. With two poses a b, sigma 0.8 and radius
+  // 3, places -2..4 of the reflected list are  b a | a b | b a a. The kernel is
+  // centred on the newest pose, b at place 1: b lies at the offsets k = 0, +1
+  // and -3, a at -1, -2, +2 and +3.
   ASSERT_EQ(CausalGaussianWeights(0.8, 1).size(), 1u);
   EXPECT_NEAR(CausalGaussianWeights(0.8, 1)[0], 1.0, 1e-15);
   const auto g = [](int k) { return std::exp(-k * k / (2 * 0.8 * 0.8)); };

@@ -46,8 +46,9 @@ TEST(CentredGaussianTest, WeightsFollowUnevenTimes) {
                1e-14);
 }
 
-// Expected values are computed by the paper's algorithm 1 in Python (min.
-// cut-off 1, beta 0.5, derivative cut-off 1), for the x and t of each test:
+// Expected values are computed in Python by algorithm 1 of the filter's paper
+// (Casiez et al.; classical.h), with a minimum cut-off of 1, a beta of 0.5 and
+// a cut-off of the derivative of 1, for the x and t of each test:
 //   a = lambda dt, fc: 1 / (1 + 1 / (2 * np.pi * fc) / dt)
 //   y, e = [x[0]], 0.0
 //   for i in range(1, len(x)):
@@ -321,9 +322,9 @@ TEST(ButterworthTest, ConstantsAndLongStraightLinesAreUnchanged) {
     ASSERT_EQ(filtered.rows(), count);
     EXPECT_TRUE(filtered.allFinite());
     EXPECT_NEAR((filtered.col(1).array() + 3.0).abs().maxCoeff(), 0.0, 1e-14);
-    // A pass starts in the steady state of a constant, not of a line: the
-    // resulting bend decays within the padding of 9 values, with poles of
-    // modulus 0.4 to 0.4^9 = 3e-4.
+    // A pass starts in the steady state of a constant, not of a line. The poles
+    // have a modulus of 0.4, so over the padding of 9 values the resulting bend
+    // decays by 0.4^9 = 3e-4.
     if (count < 10) continue;
     EXPECT_LT((filtered - values).cwiseAbs().maxCoeff(), 1e-3) << count;
   }

@@ -65,7 +65,7 @@ TEST(OfflineFilterTest, LongGapsSplitTheSignal) {
   std::vector<EstimatorFrame> frames = {FrameAt(0, 0.0), FrameAt(1, 1.0),
                                         FailedFrame(2),  FailedFrame(3),
                                         FailedFrame(4),  FrameAt(5, 5.0)};
-  // Neighbouring frames are no gap, however small max_gap is.
+  // Consecutive frames do not form a gap, however small max_gap is.
   for (const double max_gap_s : {0.12, 0.01, 0.0}) {
     std::vector<size_t> lengths;
     const auto estimator =
@@ -85,8 +85,9 @@ TEST(OfflineFilterTest, LongGapsSplitTheSignal) {
 }
 
 TEST(OfflineFilterTest, OneCutoffForTheBodyIsTheMedian) {
-  // Five frames of moving joints and a separate single frame; the rule gives 2
-  // Hz for the five frames and 9 Hz for the single one.
+  // Five frames of moving joints and a separate single frame. The filter
+  // chooses 2 Hz for the five frames and 9 Hz for the single one; the median
+  // weights them by their frames.
   std::vector<EstimatorFrame> frames;
   for (int k = 0; k < 5; ++k) frames.push_back(FrameAt(k, k));
   for (int k = 5; k < 9; ++k) frames.push_back(FailedFrame(k));

@@ -63,7 +63,7 @@ std::vector<Samples> HampelPoints(const std::string& folder,
                                   const std::vector<double>& times_s) {
   std::vector<Samples> joints = ReadPeer(folder, "p2s_tri_raw");
   for (Samples& values : joints) {
-    if (std::isnan(values(0, 0))) continue;  // no eyes and ears in any frame
+    if (std::isnan(values(0, 0))) continue;  // eyes, ears: missing throughout
     Bridge(&values);
     // Pose2Sim rounds the normal quartile to 0.6745.
     const Samples filtered =

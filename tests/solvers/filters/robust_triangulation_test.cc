@@ -73,8 +73,9 @@ TEST(RobustTriangulationTest, ResistsOneWrongViewOfThreeOrFive) {
       views[wrong].px += Eigen::Vector2d(90.0, -60.0);
       const auto point = RobustTriangulator({}).Triangulate(views);
       ASSERT_TRUE(point.has_value());
-      // 108 px are 36 sigmas: its weight is (9 / (9 + 36^2))^2 = 5e-5, which
-      // leaves an effect of 5e-5 * 108 px, 30 micrometres at 5 m and 1000 px.
+      // The error of 108 px is 36 sigmas. The weight of the wrong view is thus
+      // (9 / (9 + 36^2))^2 = 5e-5, which leaves an effect of 5e-5 * 108 px, 30
+      // micrometres at 5 m and 1000 px.
       EXPECT_LT((point->position_m - kPoint).norm(), 1e-3)
           << count << " views, wrong " << wrong;
       EXPECT_LT(point->weights[wrong], 0.01);

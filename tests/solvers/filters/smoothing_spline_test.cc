@@ -99,7 +99,7 @@ TEST(SmoothingSplineTest, ColumnsShareOneLambda) {
 }
 
 TEST(SmoothingSplineTest, CutoffHalvesTheAmplitude) {
-  // 1 / (1 + (f / cutoff)^4) where f is far below the frame rate.
+  // The gain is 1 / (1 + (f / cutoff)^4) if f is far below the frame rate.
   const auto times_s = testing::UniformTimes(2001, 120.0);
   const auto smooth = [&](const Samples& values) {
     const auto curve =

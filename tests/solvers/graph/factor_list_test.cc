@@ -34,7 +34,7 @@ PixelMeasurement Seen(const Camera* camera, double x_px, double offset_s) {
   return measurement;
 }
 
-// Three frames of two joints 5 m before a camera. Joint 0 moves along x by 1
+// Three frames of two joints 5 m from a camera. Joint 0 moves along x by 1
 // m/s, 1 m from its prior; joint 1 rests at its prior, 1 m from the body's
 // centre, and has a velocity of 1 m/s in the last frame.
 PersonProblem TwoJoints(const Camera* camera) {

@@ -165,8 +165,8 @@ TEST(BoneSpreads, NoiseDoesNotIncreaseTheLength) {
       double distances = 0.0;
       const BoneEstimate estimate = EstimateFromEnds(
           kLength, Vector3d::Constant(noise), modelled, &random, &distances);
-      // Four standard errors, plus a few per cent of tr N / (2 L) for the error
-      // of the noise scale.
+      // Four standard errors, plus 5 % of the noise's bias, tr N / (2 L) for a
+      // bone vector with the covariance N, for the error of the noise scale.
       const double trace = 6.0 * noise * noise;
       const double bound =
           4.0 * estimate.length_sigma_m + 0.05 * trace / (2.0 * kLength);

@@ -60,12 +60,12 @@ ConfidenceWeighting Learnt(const SimulatedJoints& simulated, uint64_t seed) {
 class ConfidencePowerTest
     : public ::testing::TestWithParam<std::tuple<double, int, double>> {};
 
-// 400 joints in four views have five residual degrees of freedom each. A change
-// dp of the power changes each view's sigma by the factor exp(-dp (ln c -
-// mean)), whose exponent has a standard deviation of 0.59 dp for confidences
-// uniform in 0.1 to 1. The standard deviation of the power is about 1 / sqrt(2
-// * 400 * 0.59^2) = 0.06, less than half a step of the candidate powers (0.25,
-// then 0.5).
+// A change dp of the power changes each view's sigma by the factor exp(-dp (ln
+// c - mean)), whose exponent has a standard deviation of 0.59 dp for
+// confidences c uniform in 0.1 to 1. Even with a single degree of freedom for
+// each of the 400 joints (four views have five), the standard deviation of the
+// power is 1 / sqrt(2 * 400 * 0.59^2) = 0.06, less than half a step of the
+// candidate powers (0.25, then 0.5).
 TEST_P(ConfidencePowerTest, IsEstimatedFromTheErrors) {
   SimulatedJoints simulated;
   simulated.power = std::get<0>(GetParam());

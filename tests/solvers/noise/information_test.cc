@@ -67,8 +67,8 @@ double FactorByNarrowSteps(const ErrorCorrelation& correlation, double frame_s,
 }
 
 TEST(InformationTest, CovarianceFactorMatchesNumericIntegration) {
-  // Most of the power of correlated errors lies below 1 / tau, which is here 1
-  // to 1/2200 of the crossover.
+  // Most of the power of correlated errors lies below 1 / tau, which ranges
+  // here from about the crossover to 1/2200 of it.
   for (const double frame_s : {1.0 / 25.0, 1.0 / 240.0}) {
     for (const double time_s : {0.1, 1.0, 10.0}) {
       for (const double process_noise : {0.1, 10.0, 1000.0}) {
@@ -230,8 +230,9 @@ TEST(MotionLagTest, FewFramesKeepThePrior) {
   // have a point. A frame counts as 3 * 20 rad/s * 0.01 s / pi = 0.19 values,
   // so nine count n = 1.72 against the prior's 30. The expected noise is the
   // integral of u^8 / (1 + u^4)^4, 0.0434, per 0.130 of lag: its share is n / 3
-  // = 0.57 values. With residuals from zero on, and noise of at most its
-  // expectation, the lag is at least (30 - 0.57) / (30 + 1.72) = 0.928.
+  // = 0.57 values. Residuals are at least zero, and the subtracted noise is at
+  // most its expectation, so the lag is at least (30 - 0.57) / (30 + 1.72) =
+  // 0.928.
   const auto still = [](double) { return Vector3d::Zero(); };
   const double lag = LagOf(still, {0.0, 0.1}, 50);
   EXPECT_GT(lag, 0.92);

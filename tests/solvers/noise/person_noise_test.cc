@@ -79,8 +79,8 @@ class PersonNoiseTest : public ::testing::Test {
 
 TEST_F(PersonNoiseTest, EstimatesTheSimulatedNoise) {
   SimulatedNoise noise;
-  // 3 px at the reference scale of sigma_px, 250 px per metre as here at 5 m,
-  // instead of the options' 6.
+  // 3 px instead of the options' 6, at the reference scale of sigma_px: 250 px
+  // per metre, as here at 5 m.
   noise.sigma_scale = 0.5;
   noise.correlation_time_s = 0.1;
   noise.outliers = 0.03;
@@ -156,8 +156,8 @@ TEST_F(PersonNoiseTest, DetectsUninformativeConfidences) {
           return a.sigma_px < b.sigma_px;
         });
     EXPECT_LT(greatest->sigma_px / least->sigma_px, 1.6);
-    // The true noise is 6 px at any confidence; the estimate is accurate to 5
-    // %.
+    // The true noise is 6 px at any confidence; the estimate is accurate to
+    // 5 %, half of the tolerance.
     EXPECT_NEAR(
         learnt.classes[static_cast<size_t>(JointClass::kWrist)].sigma_px, 6.0,
         0.6);

@@ -70,8 +70,8 @@ TEST(NoiseScalesTest, RarelySeenClassUsesThePersonsScale) {
                        scales.Scale(JointClass::kHip)),
               std::log(8.0) * 4.0 / 44.0, 0.1);
   // The person's scale is that of all classes together. Four of 2004 values
-  // change the 0.3 quantile by well below one per cent of the scale, the prior
-  // (20 joints of scale 1) changes the scale by 20 / 2024 ln 2 = 0.7 %.
+  // change the 0.3 quantile by well below one per cent of the scale, and the
+  // prior (20 joints of scale 1) changes the scale by 20 / 2024 ln 2 = 0.7 %.
   EXPECT_NEAR(scales.Scale(JointClass::kHead) / scales.Scale(JointClass::kHip),
               1.0, 0.02);
 }

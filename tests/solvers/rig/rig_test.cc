@@ -178,8 +178,8 @@ TEST(Rig, RecoversUnknownFocalLengths) {
   const RecordingCalibration found =
       CalibrateRecording(RunOptions(), input, recording);
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
-  // Every view has a pose; the verdict is `calibrated` only if its bounds are
-  // likely to hold.
+  // Every view has a pose. The verdict is `calibrated` only if all views
+  // probably keep the error bounds that this verdict promises (rig.cc).
   EXPECT_EQ(found.rig.verdict == RigVerdict::kCalibrated,
             found.rig.likely_right >= 0.7);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {

@@ -89,9 +89,9 @@ TEST(Residuals, OnlyTheRotatedCameraIsCorrected) {
   EXPECT_EQ(answer->findings[0].fix, kUseCorrected);
   EXPECT_TRUE(answer->findings[0].significant);
   for (size_t v = 0; v < 4; ++v) {
-    // Joints lie about 100 px from the image centre, so 1 px of noise rotates
-    // by 1e-2 rad, and 700 joints by 4e-4; the norm of the matrix is 1.4 times
-    // as large.
+    // Joints lie about 100 px from the image centre, so 1 px of noise is a
+    // rotation by 1e-2 rad, averaged over 700 joints by 4e-4 rad. The norm of
+    // the difference of matrices is 1.4 times as large.
     EXPECT_LT(((*answer->cameras)[v].R() - truth[v].R()).norm(),
               v == 3 ? 2e-3 : 1e-15);
   }

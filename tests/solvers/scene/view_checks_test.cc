@@ -17,8 +17,9 @@ FaultyScene FourViews(uint64_t seed) {
   return MakeFaultyScene({seed, 4, 2, 5.0});
 }
 
-// The first finding has this kind and camera, and findings of other kinds have
-// a confidence of at most 0.5.
+// Expects that the recording is suspect, that the first finding has this kind
+// and camera, and that findings of other kinds have a confidence of at most
+// 0.5.
 void ExpectOnly(const Diagnosis& diagnosis, const std::string& kind,
                 const std::string& camera) {
   ASSERT_FALSE(diagnosis.findings.empty()) << kind;

@@ -59,8 +59,8 @@ TEST(Ground, TiltedWorldIsLevelled) {
   }
 }
 
-// At 2.5 Hz consecutive frames are 0.4 s apart, more than the 0.3 s over which
-// the speed of a foot is measured at most at high frame rates.
+// At 2.5 Hz consecutive frames are 0.4 s apart. At high frame rates, the speed
+// of a foot is measured over at most 0.3 s.
 TEST(Ground, LowFrameRatesSuffice) {
   SceneOptions options;
   options.seed = 31;

@@ -83,7 +83,7 @@ TEST(SessionIdentity, InvalidCorrectionIsReportedWithItsLine) {
   recording.request.corrections = {Join(0, 77)};
   try {
     Track(recording, GraphOptions());
-    ADD_FAILURE() << "no error";
+    ADD_FAILURE() << "expected an InputError";
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "edits.jsonl: line 4: person 77 is unknown");
   }

@@ -45,7 +45,7 @@ std::string Difference(const TrackSequence& a, const TrackSequence& b,
   constexpr double kSamePlaceMetres = 0.15;
   std::map<TrackId, TrackId> partner;
   std::map<TrackId, TrackId> back;
-  if (a.frames.size() != b.frames.size()) return "other frames";
+  if (a.frames.size() != b.frames.size()) return "other frame count";
   for (size_t f = 0; f < a.frames.size(); ++f) {
     const std::string at = "frame " + std::to_string(a.frames[f].frame) + ": ";
     if (a.frames[f].people.size() != b.frames[f].people.size()) {
@@ -60,10 +60,10 @@ std::string Difference(const TrackSequence& a, const TrackSequence& b,
                          return (*MeanPosition(other.joints) - place).norm() <
                                 kSamePlaceMetres;
                        });
-      if (same == b.frames[f].people.end()) return at + "nobody at a place";
+      if (same == b.frames[f].people.end()) return at + "a person is missing";
       const TrackId theirs = partner.emplace(person.id, same->id).first->second;
       const TrackId ours = back.emplace(same->id, person.id).first->second;
-      if (theirs != same->id || ours != person.id) return at + "exchanged";
+      if (theirs != same->id || ours != person.id) return at + "other identity";
     }
   }
   return "";

@@ -339,8 +339,8 @@ TEST(RecordingReport, RecordedClocksAreNotToBeRefined) {
 }
 
 // If each of two views misses two fifths of the joints, about a third are found
-// in both: 6 of 17 on average, although a new track requires 10. Tracks then
-// start late, if at all.
+// in both: 6 of 17 on average, but a new track requires 10. Tracks then start
+// late, if at all.
 TEST(RecordingReport, TooFewJointsForNewTracksAreReported) {
   const RecordingReport report = ReportOf(FaultlessRecording(Coco17(), 0.4));
   EXPECT_THAT(KindsOf(report.warnings), ::testing::Contains("joints"));

@@ -179,7 +179,8 @@ TEST(RefineRecording, ClocksAreFoundInEveryFifthFrame) {
     EXPECT_NEAR(refined.record->cameras[v].offset_s, options.clock_offset_s[v],
                 0.03);
   }
-  // Counts frame numbers, not recorded frames, of which it may be off by one.
+  // The lag is in frame numbers, five per recorded frame, and may be wrong by
+  // one recorded frame.
   EXPECT_NEAR(static_cast<double>(refined.refinement->lag_numbers.at(2)), -15.0,
               5.0);
 }

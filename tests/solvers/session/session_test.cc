@@ -118,7 +118,7 @@ TEST(Session, RejectsAnUnknownCameraByName) {
   try {
     Session session(GraphMode(), recording.request,
                     recording.detections.header);
-    FAIL() << "nothing was thrown";
+    FAIL() << "expected an InputError";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("nobody"), std::string::npos);
   }
@@ -169,8 +169,8 @@ INSTANTIATE_TEST_SUITE_P(All, Pauses,
                                            40.0 * kYear_s));
 
 // The part before a pause is tracked as if the recording ended there. A pause
-// of less than minus one frame (0.04 s) steps the clock back, and one of
-// exactly that stops it.
+// of -0.04 s, minus one frame, stops the clock; pauses of -0.041 s, -5 s and
+// -1e6 s set it back.
 TEST(SessionClock, PartBeforeAPauseIsIndependentOfTheRest) {
   const Recording recording = RecordingAt(25.0, 3.0);
   Recording alone = recording;

@@ -128,9 +128,9 @@ TEST_P(AnyScale, WindowTracksScale) {
             1e-4);
 }
 
-// At scale 1 people keep their size, at other scales they are normalised to 1.7
-// m. Priors differ by this ratio, and joints by less than a hundredth of the
-// stature.
+// At scale 1 people keep their size; at the other scales they are normalised to
+// 1.7 m. Priors then differ by the ratio of the stature to 1.7 m, and joints by
+// less than a hundredth of the stature.
 TEST_P(AnyScale, HumanTracksScale) {
   const Recording recording = HumanRecording();
   EXPECT_LT(Apart(TrackAt(1.0, recording), TrackAt(GetParam(), recording),

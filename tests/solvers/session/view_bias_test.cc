@@ -20,7 +20,7 @@ using testing::MakeFaultyScene;
 FaultyScene Walker() { return MakeFaultyScene({31, 4, 1, 20.0}); }
 
 // The bias of a detector that displaces hips by 4 cm times sin 2p, where p is
-// the camera's azimuth: 0 in frontal, side and rear views.
+// the camera's azimuth. The bias is 0 in frontal, side and rear views.
 ViewBias BiasOfHips() {
   ViewBias bias;
   ViewBias::OfJoint& hip = bias.joints.emplace_back();

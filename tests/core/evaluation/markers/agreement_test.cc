@@ -122,8 +122,9 @@ TEST(Agreement, CalibrationMatchesHandComputedValues) {
       EXPECT_EQ(at.Covered(level), off < 0.0 ? 1.0 : 0.0);
     }
   }
-  // No ellipsoid contains a second error, so the coverage is a half at each
-  // level. The mean of |0.5 - level| over 0.05 .. 0.95 is 4.5 / 19.
+  // The second error, of 1 m, lies outside every ellipsoid, so the coverage is
+  // a half at each level. The mean of |0.5 - level| over 0.05 .. 0.95 is
+  // 4.5 / 19.
   calibration.Add(Vector3d(1.0, 0.0, 0.0), covariance);
   EXPECT_EQ(calibration.Covered(0.50), 0.5);
   EXPECT_EQ(calibration.Covered(0.95), 0.5);
@@ -184,9 +185,9 @@ TEST(Agreement, ProcrustesMatchesHandComputedValues) {
 }
 
 TEST(Agreement, ValuesAndIntervalsMatchHandComputedValues) {
-  // Differences 1, 1, 3, 3: bias 2, standard deviation 1. The offset of the
-  // other half leaves -2, -2, 2, 2. Intervals of +- 2 contain the truth for the
-  // first two values, and after removal of the offset for all four.
+  // Differences 1, 1, 3, 3: bias 2, standard deviation 1. Without the offset of
+  // the other half, -2, -2, 2, 2 remain. Intervals of +- 2 contain the truth
+  // for the first two values, and after removal of the offset for all four.
   std::vector<PairedValue> values;
   for (const double difference : {1.0, 1.0, 3.0, 3.0}) {
     values.push_back(

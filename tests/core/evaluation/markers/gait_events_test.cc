@@ -80,8 +80,8 @@ TEST(GaitEvents, WalkingEventsSurviveATurn) {
 }
 
 TEST(GaitEvents, EdgesOfGapsAreNoEvents) {
-  // A contact of the left foot at 2.25 s, in a gap from 2.15 s to 2.6 s, in
-  // which frames or feet are missing.
+  // Frames or feet are missing from 2.15 s to 2.6 s; a contact of the left
+  // foot, at 2.25 s, lies in this gap.
   const TrackSequence walk = Feet(Walking());
   TrackSequence without_frames = walk;
   without_frames.frames.erase(without_frames.frames.begin() + 215,

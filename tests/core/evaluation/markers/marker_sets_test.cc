@@ -89,7 +89,7 @@ std::vector<Documented> DocumentedSets() {
         "*UPA", "*ELB", "*FRM", "*WRA", "*WRB", "*FIN", "*ASI", "*PSI",
         "*THI", "*KNE", "*TIB", "*ANK", "*HEE", "*TOE"},
        {"small_toe"}},
-      // Segment origins, which are in the file if the model was run.
+      // Origins of segments, which a file has if Vicon's model was run on it.
       {"Plug-in Gait",
        {"*FEP", "*FEO", "*TIO", "*CLO", "*HUO", "*RAO", "*ASI", "*PSI", "*HEE",
         "*TOE"},
@@ -155,7 +155,7 @@ TEST(MarkerSets, JointsAreMidpointsAndMissingIfAMarkerIs) {
   const MarkerJoints joints = JointsOfMarkers(markers, set);
   EXPECT_TRUE(JointOf(joints, "l_knee").isApprox(Vector3d(0.05, 0.0, 0.5)));
   EXPECT_TRUE(JointOf(joints, "r_knee").isApprox(Vector3d(0.35, 0.0, 0.5)));
-  // 42 mm inwards along the knee axis.
+  // 42 mm (kAnkleM in marker_sets.cc) inwards along the knee axis.
   EXPECT_TRUE(JointOf(joints, "l_ankle").isApprox(Vector3d(0.042, 0.0, 0.1)));
   EXPECT_THAT(joints.lacking, Contains(HasSubstr("r_ankle (")));
   const int knee = joints.tracks.header.skeleton.IndexOf("l_knee");
@@ -236,7 +236,7 @@ TEST(MarkerSets, RegressionHipsMatchHandComputedValues) {
   EXPECT_TRUE(
       JointOf(joints, "l_hip")
           .isApprox(Vector3d(0.15 - 0.0459, 0.0898, 1.0 - 0.0859), 1e-9));
-  // Bell: 19, 30 and 36 % of the width.
+  // Bell: back 19 %, down 30 % and sideways 36 % of the width.
   EXPECT_TRUE(JointOf(joints, "r_hip")
                   .isApprox(Vector3d(0.15 - 0.0475, -0.09, 1.0 - 0.075), 1e-9));
 }

@@ -154,8 +154,8 @@ TEST_F(AdapterTest, TheGivenAdapterIsTriedFirst) {
   EXPECT_EQ(people[0].joints[0].px, Eigen::Vector2d(3, 4));
 }
 
-// SIGPIPE's default action, which a program around the library may have left,
-// would end this test.
+// SIGPIPE's default action, which a program that uses the library may not have
+// changed, would end this test.
 TEST_F(AdapterTest, WriterThatEndsEarlyIsAnError) {
   ASSERT_NE(std::signal(SIGPIPE, SIG_DFL), SIG_ERR);
   SetOwnAdapters({"/bin/sh", "-c", "echo 'no numpy' >&2; exit 1"});

@@ -109,7 +109,7 @@ TEST(QualisysCalibration, ErrorsNameTheFault) {
            "sensorMaxU"},
           {WithReplaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
                         "<camera active=\"0\""),
-           "intrinsic"},  // of the Oqus, now read, which has none
+           "intrinsic"},  // the Oqus is read instead, and has none
           {"<html></html>", "is not a calibration"},
       });
 }
@@ -400,7 +400,7 @@ TEST(SessionFolder, BoardFileDeterminesTheUnit) {
   folder.Write("mice/board.toml", "square_length = 24.0\n");
   EXPECT_EQ(ReadCameras(path).front().t().z(), 2.0);
   EXPECT_EQ(ReadCameras(file).front().t().z(), 2.0);
-  // A calibration that others put into the folder has its own unit.
+  // A calibration that another program wrote into the folder has its own unit.
   folder.Write("mice/Calib.toml", kTable);
   EXPECT_EQ(ReadCameras(path + "/Calib.toml").front().t().z(), 2000.0);
   CameraReadOptions centimetres;

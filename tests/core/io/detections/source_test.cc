@@ -578,8 +578,8 @@ TEST(ViewTimes, AreCaptureTimes) {
       InputError);
 }
 
-// The time of a frame without one is its number / frame rate; it must ascend
-// with the times of the other frames.
+// The time of a frame that states none is its number / frame rate; it must
+// ascend with the times of the other frames.
 TEST(ViewTimes, FramesWithoutATimeMustFitTheOthers) {
   const std::string first = R"({"frame": 1, "time": 100.0, "views": {}})";
   const std::string error = testing::FaultOf(

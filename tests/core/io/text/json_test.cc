@@ -70,7 +70,7 @@ TEST(ParseJson, ErrorsNameNaNAndInfinityWithTheLine) {
 }
 
 // Names come from file systems and from files in Latin-1. TOML requires U+007F
-// to be escaped, and JSON permits it.
+// to be escaped, which JSON permits.
 TEST(DumpJson, AcceptsAnyBytes) {
   const std::string text = "a\xe9\x7f\"\n\xc3\xa9";
   EXPECT_EQ(JsonText(text), "\"a\xef\xbf\xbd\\u007f\\\"\\n\xc3\xa9\"");

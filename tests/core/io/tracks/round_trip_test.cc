@@ -1,5 +1,6 @@
-// Tracks are written in every format and read back: preserved data is
-// bit-identical, and lost data is reported.
+// Tracks are written and read back: preserved data is bit-identical or, in
+// formats with another unit or 32-bit floats, equal to rounding; lost data is
+// reported.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

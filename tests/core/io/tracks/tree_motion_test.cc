@@ -184,7 +184,7 @@ class TreeMotionTest : public ::testing::Test {
   const std::string gltf_ = folder_.path() / "take.gltf";
 };
 
-// Error of centimetres and degrees with six decimals, along at most ten bones
+// Rounding of centimetres and degrees to six decimals, along at most ten bones
 // of 0.25 m.
 constexpr double kBvhDigits_m = 1e-6;
 
@@ -278,8 +278,9 @@ TEST_F(TreeMotionTest, MissingJointsDoNotAffectObservedBones) {
     return Vector3d(at("l_index") - at("l_wrist")).normalized();
   };
   for (size_t f = 0; f < 40; ++f) {
-    // The rotation interpolated in time, with a weight of a millionth, slightly
-    // changes a single direction.
+    // A single bone does not determine the rotation of the hand. The rotation
+    // interpolated over time, added with a weight of 1e-6 (kWeak in
+    // tree_motion.cc), slightly changes the direction of the bone.
     EXPECT_LT((finger(read, f) - finger(truth, f)).norm(), 2e-6) << f;
   }
 }
@@ -501,8 +502,8 @@ TEST(TracksBvh, ErrorsNameFileAndLine) {
               HasSubstr("Frames: expected 0 .. 10000000"));
 }
 
-// A rounded frame time means a whole rate; NTSC rates are lower by a
-// thousandth.
+// A frame time that is the rounded period of a whole rate means this rate,
+// unless it has too few digits; NTSC rates are lower by a thousandth.
 TEST(TracksBvh, RatesFollowFromRoundedFrameTimes) {
   const TemporaryFolder folder;
   const auto rate_of = [&](const std::string& step_s) {
