@@ -19,9 +19,9 @@
 namespace kinegraph {
 
 // Greatest mean distance over joints at which a found person matches a true one
-// [m]. All measures use it except parity, Panoptic's measures, held-out errors
-// (HeldOutSet::pairing_gate_m) and those PCP protocols that match the nearest
-// person or set another gate_m.
+// [m]. All measures use it except parity, HOTA, Panoptic's measures, held-out
+// errors (HeldOutSet::pairing_gate_m) and those PCP protocols that match the
+// nearest person or set another gate_m.
 inline constexpr double kPersonGateM = 0.5;
 inline constexpr double kNoGate = std::numeric_limits<double>::infinity();
 

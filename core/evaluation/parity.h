@@ -28,8 +28,9 @@ struct WorstJoint {
 
 struct ParityResult {
   // Joints that both results have, at most ParityOptions::near_m or very_near_m
-  // apart. The total includes every joint of either result, also of people
-  // without a counterpart, so that omissions always count.
+  // apart. The total includes every joint of either result that the other's
+  // skeleton has, also of people without a counterpart, so that omissions
+  // always count.
   Share near;
   Share very_near;
   int64_t joints_missing = 0;  // in the reference only

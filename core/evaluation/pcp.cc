@@ -232,7 +232,7 @@ const TrackFrame* NearestInTime(const TrackSequence& tracks, int64_t number,
   return nearest;
 }
 
-// Each actor's person-frames as units of a percentage.
+// A series per actor, with one RatioUnit per person-frame.
 std::vector<RatioSeries> Series(const PcpResult& result,
                                 const std::vector<int64_t>& actors,
                                 PcpGroup group) {

@@ -27,8 +27,10 @@ namespace kinegraph {
 // second or more are different people, unless they nearly coincide there. A
 // join is made when every assignment in which the two remain different people
 // is worse by at least LinkOptions::min_margin; joined pieces are then treated
-// as one, and the rest is decided again. With the same margin, a piece present
-// only while a known person is absent is inserted into that absence.
+// as one, and the rest is decided again. Joins require no margin where the
+// tracker continued a person, unless the pieces are clearly different people,
+// or to reduce the people to LinkOptions::people. With the same margin, a piece
+// present only while a known person is absent is inserted into that absence.
 std::vector<IdentityEdit> LinkIdentities(
     const Skeleton& skeleton, double frame_rate_hz, const LinkOptions& options,
     std::vector<TrackFrame>* frames,

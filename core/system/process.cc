@@ -306,8 +306,8 @@ void EndBySignal(int number) {
     for (const pid_t program : Programs()) kill(program, SIGTERM);
   }
   std::signal(number, SIG_DFL);
-  // Sent to the process, whose other threads do not block it. This thread then
-  // waits for the end.
+  // Any thread may receive the signal, whose default action ends the process;
+  // until then this thread waits.
   kill(getpid(), number);
   while (true) pause();
 }

@@ -117,8 +117,9 @@ void CheckGraphOptions(const GraphOptions& options) {
   };
   if (options.stages.empty() ||
       !std::all_of(options.stages.begin(), options.stages.end(), is_positive)) {
-    throw OptionError("graph.stages",
-                      "expected positive multiples, one or more");
+    throw OptionError(
+        "graph.stages",
+        "expected one or more positive multiples of graph.loss_scale");
   }
   constexpr double kLeastTukey = 0.1;
   if (options.loss == LossKind::kTukey && options.loss_scale < kLeastTukey) {

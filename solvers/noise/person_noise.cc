@@ -244,7 +244,8 @@ std::vector<double> PersonNoise::LevelsOf(int group) {
 // But a person's joints move together, and the motion of limbs is too large to
 // be masked. Therefore a joint's level relative to its typical level is at
 // least the mean over the person's joint classes, as far as this does not raise
-// the crossover above the frequency up to which noise may mask motion.
+// the smoother's crossover frequency (information.h) above the frequency up to
+// which noise may mask motion.
 double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
                                    double activity) const {
   // In gait, trunk and head have nearly all their motion below this frequency;

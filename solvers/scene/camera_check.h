@@ -49,7 +49,7 @@ class CameraCheck {
     double x_px = 0.0;
     double y_px = 0.0;
     double px_per_m = 0.0;  // at the people's depth; 0: unknown
-    size_t in_motion = 0;   // segments of moving joints; 0 with two views
+    size_t in_motion = 0;   // moving MotionSegments; 0 with two views
     double late_s = 0.0;    // true minus recorded capture times
     double late_sigma_s = 0.0;
     double late_m = 0.0;  // RMS displacement of moving joints in this time

@@ -124,8 +124,9 @@ struct AgreementGain {
 // Two views at several lags: frame k of `a` is compared with frame k + lag of
 // `b`; both hold ideal pixels of the cameras. A pair of people gains the mean
 // over common joints of max(0, 1 - d / 0.1), d the distance from the epipolar
-// lines over the person's size; zero if fewer than six joints (of smaller
-// skeletons, not all) are common or if the person would be behind a camera.
+// lines over the person's size; zero if the person would be behind a
+// camera, or if fewer than six joints are common (all joints, if the skeleton
+// has fewer than six).
 // Pairs are matched greedily.
 std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
                                         const ViewPeople& a,

@@ -138,7 +138,8 @@ class Pairing {
   }
 
   // Pairs those of `views` that have no camera yet, by the first rule that fits
-  // all of them; false if none does.
+  // all of them or, with kLeaveOut, all that have a candidate; false if none
+  // does.
   bool PairRest(std::vector<size_t> views) {
     views.erase(std::remove_if(views.begin(), views.end(),
                                [this](size_t v) {

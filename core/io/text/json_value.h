@@ -1,5 +1,4 @@
-// The JSON classes, which json.h only declares, for the few sources outside
-// core/io that store a value.
+// The JSON classes, which json.h only declares, for sources that store a value.
 #ifndef KINEGRAPH_CORE_IO_TEXT_JSON_VALUE_H_
 #define KINEGRAPH_CORE_IO_TEXT_JSON_VALUE_H_
 

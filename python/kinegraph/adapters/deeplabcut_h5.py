@@ -41,7 +41,7 @@ def column_names(sets):
         sets.fail(
             TABLE,
             f"found a column with {max(lengths - {3, 4})} names, expected scorer, "
-            "bodypart and coord",
+            "individual (optional), bodypart and coord",
         )
     if len(lengths) == 2:
         sets.fail(TABLE, "some columns name an individual and some do not")

@@ -44,7 +44,7 @@ TEST(DocsTest, DefaultConfigurationIsAsGenerated) {
   EXPECT_NE(ReadTextFile(path).find(commented), std::string::npos)
       << "remake it with: ./kinegraph track --keys "
          "--config=configs/default.toml";
-  // A line without its comment sign is a key at its default.
+  // If its comment sign is removed, such a line sets a key to its default.
   const std::string all = std::regex_replace(
       commented, std::regex("#([a-z_]+ = )"), std::string("$1"));
   EXPECT_NE(all, commented);
@@ -160,8 +160,8 @@ TEST(DocsTest, PagesNameOnlyKeysThatExist) {
 
 // Files and folders of the project that pages spell out, and configurations in
 // commands. Files made by builds or runs are excluded; NAME, ... and * are
-// placeholders. The least numbers, half of what the pages name, show that the
-// patterns still match.
+// placeholders. The minimum numbers of matches, at most half of the present
+// ones, show that the patterns still match.
 TEST(DocsTest, PagesNameOnlyFilesThatExist) {
   for (const auto& [pattern, least] :
        {std::pair{"`((?:apps|core|solvers|tests|docs|configs|examples|python|"

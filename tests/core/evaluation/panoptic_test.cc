@@ -104,7 +104,7 @@ TEST(PanopticTest, UnobservedTrueJointsAreLeftOut) {
   const PanopticResult result = At(0.05, truth, found);
   EXPECT_DOUBLE_EQ(result.mpjpe_m, 0.03125);
   EXPECT_EQ(result.joints_compared.count, 14);
-  // People whose mid-hip is missing or not observed are hidden.
+  // True people whose mid-hip is missing or not observed are not counted.
   const auto root = static_cast<size_t>(Panoptic15().IndexOf("mid_hip"));
   for (const JointStatus status :
        {JointStatus::kMissing, JointStatus::kInferred}) {

@@ -155,7 +155,8 @@ TEST(Replay, ReproducesTheRun) {
     options.life.backfill = test.backfill;
     options.reconstruction.newest = test.newest;
     if (test.newest == NewestRule::kJoint) {
-      options.reconstruction.lambda_t_per_frame = 0.1;  // older joints count
+      // The default would remove nearly all weight of older detections.
+      options.reconstruction.lambda_t_per_frame = 0.1;
     }
     const FrozenRecording frozen = Freeze(test.estimators, options);
     // With three threads, because the result must not depend on their number.

@@ -367,7 +367,7 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
        std::vector<std::pair<const char*, std::string>>{
            {"alphapose.json", R"([{"image_id": "7.jpg", "keypoints": [)" +
                                   coco + R"(], "score": 1, "idx": 0}])"},
-           // Visibility flags of COCO without a list of confidences.
+           // Confidences in place of COCO's visibility flags.
            {"views.json",
             R"({"images": [{"id": 1, "camera": "a", "frame": 7}], )"
             R"("annotations": [{"image_id": 1, "keypoints": [)" +
