@@ -72,7 +72,7 @@ setup(
     ext_modules=[Extension("kinegraph._kinegraph", sources=[])],
     cmdclass={"build_ext": CMakeBuild},
     options={
-        # build/ is CMake's.
+        # The default, build/, is CMake's build folder.
         "build": {"build_base": "build/pip"},
         "egg_info": {"egg_base": "build"},
     },

@@ -1,12 +1,13 @@
 #!/bin/bash
-# Runs a command of a fresh clone in a bare Debian 12, with only the packages of
-# debootstrap's smallest variant. Needs root and debootstrap.
+# Runs a command in a fresh clone, inside a bare Debian 12 with only the
+# packages of debootstrap's smallest variant. Needs root and debootstrap.
 #
 #   .ci/bare_debian.sh [FOLDER [COMMAND...]]     default: ./kinegraph test
 #
 # FOLDER (default: a temporary folder) receives the root file system and is
-# removed at the end, or kept with KEEP=1; it must be empty or not exist. Mirror
-# and proxy are taken from this machine's apt. Uncommitted changes are not
+# removed at the end, or kept with KEEP=1; it must be empty or not exist. The
+# proxy is taken from this machine's apt and environment; so is apt's mirror, if
+# it has Debian 12 (otherwise deb.debian.org). Uncommitted changes are not
 # included.
 set -euo pipefail
 project=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)

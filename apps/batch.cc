@@ -47,7 +47,8 @@ const Task& ChosenTask(const std::vector<Task>& tasks) {
     }
   }
   throw InputError("--task: '" + Printable(FLAGS_task) +
-                   "' is no task; --list prints the names of all tasks");
+                   "' is no task, expected a name that --list prints, or its "
+                   "place in that list, from 0");
 }
 
 // The tasks not done yet. Throws if a folder contains anything but the result

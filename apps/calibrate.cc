@@ -40,7 +40,7 @@ DEFINE_string(image_size, "",
               "image size W,H [px]; required without --cameras");
 DEFINE_string(focal, "",
               "focal length [px] of all views, or one per view: PX[,PX...]; "
-              "without it fields of view of 40 to 90 degrees are tried");
+              "without it fields of view of 35 to 93 degrees are tried");
 DEFINE_double(focal_error, 1.0,
               "standard deviation of the given focal lengths [%]; 0: they are "
               "exact, the default with --cameras");

@@ -92,8 +92,8 @@ DEFINE_string(out, "", "folder for the results; must not hold files yet");
 namespace kinegraph {
 namespace {
 
-// Least number of frames between the two halves, which belong to neither fold,
-// and in each half.
+// Least number of frames in each half, and of the frames between the halves,
+// which belong to neither fold.
 constexpr int64_t kGapFrames = 25;
 
 void CheckCompareFlags() {

@@ -25,7 +25,7 @@ DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] if the input does not specify it");
 DEFINE_string(unit, "",
               "unit of a calibration, or of tracks whose format does not "
-              "specify it (BVH): m, cm or mm");
+              "specify it (such as BVH): m, cm or mm");
 DEFINE_string(image_size, "",
               "image size [px] of a calibration without one: W,H");
 DEFINE_string(axes, "",
@@ -37,7 +37,7 @@ DEFINE_string(markers, "ours",
               "pose2sim (LHip, Hip) or opensim (LHip, midHip)");
 DEFINE_string(person, "",
               "the only person to write: the number of the identity, or its "
-              "name in NAME.identity.jsonl beside the input");
+              "name in the input or in NAME.identity.jsonl beside it");
 DEFINE_string(
     set, "",
     "keys that control reading: cameras.KEY=value;detections.KEY=value;"

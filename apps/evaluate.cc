@@ -1,5 +1,6 @@
-// kinegraph-evaluate: compares tracks with a ground truth, another result, or
-// the detections of a held-out camera.
+// kinegraph-evaluate: compares tracks with a ground truth, another result,
+// markers or the detections of held-out cameras, and estimated cameras with
+// true ones.
 #include <gflags/gflags.h>
 
 #include <cstdio>
@@ -56,7 +57,7 @@ DEFINE_string(matching, "",
 DEFINE_string(
     frames, "",
     "frames of the tracks to score: A:B,... includes A and excludes B; "
-    "empty: the protocol's");
+    "empty: those of the PCP protocol, otherwise all");
 DEFINE_string(annotated, "",
               "identity: who is annotated: everybody, or some (poses far from "
               "all annotated people are then ignored); empty: some for "
@@ -83,7 +84,7 @@ DEFINE_string(folds, "",
 DEFINE_string(
     unit, "",
     "unit of tracks and ground truth whose format does not specify it "
-    "(BVH): m, cm or mm");
+    "(such as BVH): m, cm or mm");
 DEFINE_string(json, "", "file to write the result to");
 
 namespace kinegraph {

@@ -42,8 +42,8 @@ DEFINE_string(skeleton, "", "skeleton of the tracks if they do not specify it");
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] if the tracks do not specify it");
 DEFINE_string(unit, "",
-              "unit of tracks whose format does not specify it (BVH): m, cm or "
-              "mm");
+              "unit of tracks whose format does not specify it (such as BVH): "
+              "m, cm or mm");
 
 namespace kinegraph {
 namespace {
@@ -74,7 +74,7 @@ TrackSequence ReadInput() {
 
 void RequireCsv() {
   if (EndsInAnyCase(FLAGS_out, ".csv") || IsStream(FLAGS_out)) return;
-  FailFlag("out", FLAGS_out, "NAME.csv");
+  FailFlag("out", FLAGS_out, "NAME.csv or /dev/stdout");
 }
 
 void WriteCsv(const KinematicsTable& table, const PersonNames& names) {

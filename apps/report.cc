@@ -51,8 +51,9 @@ DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_string(images, "",
               "pictures or videos behind the panels: VIEW=PATTERN;VIEW=VIDEO, "
               "where %06d or the like in a pattern stands for the frame number "
-              "(JPEG or PNG), and a video (.mp4, .mov, .webm, .mkv) begins "
-              "with frame 0, or N with VIDEO@N; the page links to the files");
+              "(JPEG or PNG), and a video (.mp4, .m4v, .mov, .webm, .mkv) "
+              "begins with frame 0, or N with VIDEO@N; the page links to the "
+              "files");
 DEFINE_double(embed_megabytes, 0.0,
               "embed the files of --images in the page unchanged, with "
               "pictures of as many frames as fit into this size [MB]; 0: link "
@@ -63,8 +64,8 @@ DEFINE_string(doctor, "",
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_string(unit, "",
-              "unit of tracks whose format does not specify it (BVH): m, cm or "
-              "mm");
+              "unit of tracks whose format does not specify it (such as BVH): "
+              "m, cm or mm");
 DEFINE_bool(with_covariance, false,
             "keep covariances, for ellipsoids and intervals");
 DEFINE_string(out, "", "page to write (HTML)");

@@ -31,7 +31,9 @@ DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(format, "",
               "also writes the detections as another program would, to "
               "OUT/detections_FORMAT (`convert --formats` lists them)");
-DEFINE_string(out, "", "folder for the four files; created if missing");
+DEFINE_string(out, "",
+              "folder for cameras.json, detections.jsonl, truth.jsonl and "
+              "scene.json; created if missing");
 DEFINE_bool(keys, false, "print the keys of a configuration and exit");
 
 namespace kinegraph {

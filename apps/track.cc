@@ -98,9 +98,9 @@ void RequireLag(const RunOptions& given) {
   if (ChangesCameras(options) || options.identity.link ||
       !FLAGS_corrections.empty()) {
     throw InputError(
-        "--detections=-: cameras.refine, cameras.ground, identity.link and "
-        "--corrections need the whole recording, which a stream never "
-        "provides");
+        "--detections=-: cameras.refine, cameras.refine_clock, cameras.ground, "
+        "identity.link and --corrections need the whole recording, which a "
+        "stream never provides");
   }
   const OutputKind output = options.estimators.output;
   if (options.estimators.mode == Mode::kGraph &&
@@ -111,7 +111,7 @@ void RequireLag(const RunOptions& given) {
   }
 }
 
-// Whether poses become final only at the end of a person's track or of the
+// Whether poses depend on frames up to the end of a person's track or of the
 // recording.
 bool WaitsForEnd(const RunOptions& options) {
   if (PassCount(options) > 1 || options.identity.link) return true;
@@ -251,8 +251,8 @@ Recording ReadRecording() {
 // Tracks all frames, writes them to `output` and reports on them.
 RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
                             Session* session, TrackOutput* output) {
-  // If everything waits for the end of the recording, the detections are read
-  // again for the report instead of being kept.
+  // If poses depend on the end of a track or of the recording, the detections
+  // are read again for the report instead of being kept until then.
   const bool again = WaitsForEnd(recording.options) && CanBeReadAgain();
   UsedFrames used(session->scene(), again ? SourceOpener([&recording] {
                     return recording.Open();
@@ -334,8 +334,9 @@ std::string FingerprintOfOwn(const std::string& path) {
   }
 }
 
-// Tracks and their side files appear together or not at all; side files of an
-// earlier run of the same name are removed.
+// Tracks and their side files appear together or not at all. Side files that an
+// earlier run wrote for this --out are removed, except those that this run has
+// read.
 void CommitResult(const Recording& recording, const Session& session,
                   const RecordingReport& report, TrackOutput* output) {
   output->Finish();

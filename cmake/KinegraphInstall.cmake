@@ -1,5 +1,5 @@
-# cmake --install: commands, libraries, headers, configurations, and a package
-# that find_package(kinegraph) finds.
+# cmake --install: commands, libraries, headers, configurations, examples,
+# licences, and a package that find_package(kinegraph) finds.
 include(CMakePackageConfigHelpers)
 
 # kinegraph::kinegraph, all libraries except those of the commands.

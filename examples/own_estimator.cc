@@ -1,6 +1,6 @@
 // A custom smoother, behind the interface of the built-in ones: the mean of the
-// last three triangulated positions. Association, new people and track life are
-// unchanged.
+// last three initial poses (EstimatorFrame::initial), joint by joint.
+// Association, new people and track life are unchanged.
 #include <kinegraph/kinegraph.h>
 
 #include <cstdio>

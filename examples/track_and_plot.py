@@ -1,7 +1,7 @@
 """Tracks and plots: python3 track_and_plot.py CAMERAS DETECTIONS OUT
 
 Writes OUT/tracks.jsonl, OUT/paths.png (paths of all people from above) and
-OUT/joint.png (height of one joint with its 95 % band).
+OUT/joint.png (height of the first person's left wrist with its 95 % band).
 """
 
 import os

@@ -98,7 +98,10 @@ def check(path, names):
     own = {own_name(name) for name in names}
     strange = set(needed(path)) - own - EXPECTED
     if strange:
-        sys.exit(f"make_wheel: error: {path.name} needs {sorted(strange)}")
+        sys.exit(
+            f"make_wheel: error: {path.name} needs {sorted(strange)}, which are neither "
+            "in the wheel nor part of manylinux_2_36"
+        )
     for kind, version in re.findall(
         r"Name: ([A-Z]+)_([\d.]+)", output("readelf", "-VW", path)
     ):

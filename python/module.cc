@@ -1,5 +1,6 @@
-// The Python module `kinegraph`: converts between arrays and the library's
-// types, and computes nothing. Users import python/kinegraph/__init__.py.
+// The Python module `_kinegraph`: converts between arrays and the library's
+// types, and computes nothing. Users import the package kinegraph
+// (python/kinegraph/__init__.py), which imports it.
 #include <pybind11/eigen.h>
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
@@ -869,7 +870,7 @@ void BindTracks(py::module_& m) {
           "[Hz]; 0 if unknown.")
       .def_property_readonly(
           "mode", [](const TrackSequence& t) { return t.header.mode; },
-          "\"paper\", \"graph\", or the format that was read.")
+          "\"paper\", \"graph\", \"truth\", or the format that was read.")
       .def_property_readonly(
           "config_json",
           [](const TrackSequence& t) { return t.header.config_json; },

@@ -191,7 +191,7 @@ std::vector<Fault> Faults() {
          scene->cameras[a] = Camera(other);
          scene->cameras[b] = Camera(one);
        }},
-      {"another one's calibration",
+      {"a neighbour's calibration",
        {"never_matched"},
        plain,
        [](Random* random, FaultyScene* scene) {
@@ -258,7 +258,7 @@ std::vector<Fault> Faults() {
            frames[k].views[v] = frames[k - 1].views[v];
          }
        }},
-      {"frame rate told ten times too high",
+      {"frame rate read ten times too high",
        {"frame_rate"},
        plain,
        [](Random*, FaultyScene* scene) { StateRate(10.0, scene); }},
@@ -268,7 +268,7 @@ std::vector<Fault> Faults() {
        [](Random*, FaultyScene* scene) {
          StateRate(1.0 / (75.0 * scene->scene.frame_rate_hz), scene);
        }},
-      {"joints of BODY_25B told as BODY_25's",
+      {"joints of BODY_25B read as BODY_25's",
        {"skeleton"},
        [](Random*, FaultySceneOptions* o) { o->skeleton = "body25b"; },
        [](Random*, FaultyScene* scene) {

@@ -1,8 +1,8 @@
 // Errors of estimators on recorded motion observed by a modelled detector, over
 // clips, detectors and frame rates.
 //
-//   motion_matrix [--clips=A[:SECONDS],B] [--rates=25,60]
-//     [--noises=white2,...] [--seeds=FIRST:END] [--strategies=A,B]
+//   motion_matrix [--clips=A[:SECONDS],B] [--rates=25,60,native]
+//     [--noises=white2,...] [--seeds=FIRST[:END]] [--strategies=A,B]
 //     [--joint_sway=METRES] [--rest=SECONDS] [--seconds=S] [--cameras=N]
 //     [--solver=sweeps|ceres] [--details]
 //     [--oracle=FILE[,FILE]] [--write_oracle=FILE] [--json=FILE]
@@ -10,8 +10,10 @@
 // Ratios are relative to the best fixed tuning in the files of --oracle; for a
 // batch with bones, to the better tuning of those with and without bones.
 //
-// --details adds to the JSON, per detector, coverage and errors by acceleration
-// and views with 95 % intervals: a bootstrap over clips and seeds.
+// --details adds to the JSON, per detector, coverage by acceleration and by
+// number of views, and errors by acceleration, with their ratio to those of the
+// strategy "robust" if it runs. Coverages and ratios have 95 % intervals: a
+// bootstrap over clips and seeds.
 //
 // --rest lets the person hold the first pose before the clip (AfterRest);
 // --joint_sway moves joint centres relative to the bones (WithJointSway).

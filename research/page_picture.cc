@@ -1,11 +1,11 @@
 // Takes a screenshot of a page written by `report`, for the documentation:
 //
-//   build/research/page_picture PAGE.html OUT.png WIDTHxHEIGHT[@RATIO]
+//   build/research/page_picture PAGE.html OUT.png WIDTHxHEIGHT[@RATIO][phone]
 //     [JAVASCRIPT]
 //
 // JAVASCRIPT sets the page's state: kinegraph.setFrame(30). If it contains
-// "dark", the page is shown in its dark colours. "phone" after the size makes
-// the viewport that of a phone.
+// "dark", the page is shown in its dark colours. "phone" makes the viewport
+// that of a phone.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
   if (argc < 4 || std::sscanf(argv[3], "%dx%d@%lf", &screen.width,
                               &screen.height, &screen.pixel_ratio) < 2) {
     std::fprintf(stderr,
-                 "expected PAGE.html OUT.png WIDTHxHEIGHT[@RATIO] "
+                 "expected PAGE.html OUT.png WIDTHxHEIGHT[@RATIO][phone] "
                  "[JAVASCRIPT]\n");
     return 2;
   }

@@ -18,10 +18,10 @@
 //
 //   rig_accuracy compare TRUTH FOUND [ALIGNED]
 //
-// Prints these errors for two calibrations, by camera, and the normalised
-// squared errors if FOUND has their covariance. ALIGNED: writes the
-// found calibration in the world of the true one, for scoring tracks against
-// the truth.
+// Prints the errors of rotation, position and focal length of each camera of
+// FOUND, and the normalised squared errors if FOUND has a covariance of
+// rotations and positions. ALIGNED: writes the found calibration in the world
+// of the true one, for scoring tracks against the truth.
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>

@@ -96,7 +96,8 @@ Smoother Filter(OutputKind kind, std::string name, Causal causal,
                 std::vector<SmootherVariant> variants) {
   const auto make = [=](const EstimatorOptions& options,
                         const std::shared_ptr<RecordingNotes>&) {
-    // Only the Kalman filters use the points' covariances, if configured.
+    // Only filters with KalmanOptions use the points' covariances, if
+    // configured.
     bool with_covariances = false;
     if constexpr (std::is_same_v<Options, KalmanOptions>) {
       with_covariances = options.filters.kalman.measurement ==

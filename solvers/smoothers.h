@@ -51,10 +51,11 @@ struct Smoother {
   std::function<EstimatorFactory(const EstimatorOptions&,
                                  std::shared_ptr<RecordingNotes> notes)>
       make;
-  std::vector<SmootherVariant> variants;  // in the order of the report
+  std::vector<SmootherVariant> variants;  // in the order of compare's tables
 };
 
-// All smoothers in the order of OutputKind, which is also that of the report.
+// All smoothers in the order of OutputKind, which is also that of compare's
+// tables.
 const std::vector<Smoother>& Smoothers();
 const Smoother& SmootherOf(OutputKind kind);
 

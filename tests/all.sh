@@ -28,7 +28,7 @@ programs_of() {  # FOLDER...
   (cd tests && find "$@" -name '*_test.cc' -printf 'test_%h\n' | tr / _ | sort -u)
 }
 
-# The results of all tests are written to BUILD/all/PRESET.xml.
+# The results of the tests are written to BUILD/all/PRESET.xml.
 # KINEGRAPH_PROGRAMS selects some of the programs.
 sanitizer() {  # PRESET PROGRAM...
   local preset=$1 program programs=()
@@ -102,7 +102,7 @@ run commands "whole commands on mutated files" python3
 run slurm 'Snakemake, and 40 tasks on a Slurm whose node dies' snakemake \
   slurmctld slurmd munged sbatch
 run stream 'an hour of live input at constant memory' python3
-run asan 'address and undefined-behaviour sanitizers over all tests' clang++-14
+run asan 'address and undefined-behaviour sanitizers over the tests' clang++-14
 run tsan 'thread sanitizer over programs that use threads' clang++-14
 run fuzz 'a minute of fuzzing per target' clang++-14
 run package 'the Debian package in a bare root' debootstrap chroot

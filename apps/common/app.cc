@@ -165,8 +165,8 @@ class CommandLineParser {
 
   void Set(const gflags::CommandLineFlagInfo& flag, const std::string& value) {
     const bool again = !seen_.insert(flag.name).second;
-    // Keys accumulate, so that a suggested fix can be appended to existing
-    // ones.
+    // Only the keys of --set accumulate, so that a suggested --set can be
+    // appended to a command that has one.
     if (again && flag.name != "set") {
       throw InputError("--" + flag.name + " is given more than once");
     }
@@ -208,7 +208,8 @@ void InitLogging(const AppInfo& info) {
 #endif
 }
 
-// Throws if printed output was not written.
+// Throws if printed output was not written, unless the reader of a pipe, such
+// as `head`, has closed it.
 void FinishStdout() {
   errno = 0;
   std::cout.flush();

@@ -39,8 +39,8 @@ std::string FindProjectConfig(const std::string& name) {
   return "";
 }
 
-// "configurations of kinegraph: default.toml, ...": for tracking and for
-// synthetic scenes.
+// The end of a message, "configurations of kinegraph: default.toml, ...": those
+// for tracking and for synthetic scenes.
 std::string ShippedConfigs() {
   const std::string root = Parent(FindProjectConfig("default.toml"));
   if (root.empty()) return "expected a configuration (TOML)";

@@ -259,7 +259,7 @@ EvaluationOutput DescribeParity(const ParityResult& result,
   const auto within = [](double distance_m) {
     return "joints within " + Fixed(distance_m * kMmPerM, 2) + " mm, %";
   };
-  // Four decimals: a difference between 100 and 99.99 matters.
+  // Four decimals, so that a few wrong joints of many do not round to 100.
   const auto exactly = [](const Share& share) {
     return fmt::format("{} ({}/{})", Fixed(share.percent(), 4), share.count,
                        share.total);

@@ -52,8 +52,9 @@ bool IsUpright(const TrackSequence& tracks) {
 }
 
 // Advice on wrong axes: the command that corrects the truth, or the tracks if
-// only the people of the tracks are not upright along z; for a mirror image,
-// that --axes cannot correct it.
+// only the people of the tracks are not upright along z (for a run's own
+// tracks: the key that makes them upright); for a mirror image, that --axes
+// cannot correct it.
 std::string AxesAdvice(const ReadRecording& truth, const ReadRecording& tracks,
                        const OtherWorld& other) {
   if (other.is_mirrored()) return "a mirror image, which --axes cannot correct";

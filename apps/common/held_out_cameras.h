@@ -31,8 +31,8 @@ struct HeldOutRequest {
 
 EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
 
-// Reads detections. If the file `cameras` has the clocks that an earlier run
-// refined, they are applied to the times.
+// Reads detections. If the file `cameras` records clocks (RefinementRecord),
+// they are applied to the times.
 DetectionSequence ReadClockedDetections(const std::string& detections,
                                         const std::string& cameras,
                                         const RunOptions& options,

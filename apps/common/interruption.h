@@ -19,7 +19,7 @@ void HandleInterruptions(const std::string& program);
 // must be called before.
 void EndInputOnInterruption();
 
-// The prefix of the line printed by EndOutOfMemory.
+// Sets the prefix of the line printed by EndOutOfMemory.
 void NameProgram(const std::string& program);
 
 // Prints one line and exits with code 1; partially written files remain,

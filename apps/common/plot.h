@@ -10,7 +10,8 @@
 //
 // The same description gives the same bytes with one version of gnuplot.
 // Colours are those of Okabe and Ito (2008, "Color Universal Design"), which
-// colour-blind people can distinguish; series also differ in marks and dashes.
+// colour-blind people can distinguish; series of points also differ in their
+// marks, and lines are dotted when all colours are in use.
 #ifndef KINEGRAPH_APPS_COMMON_PLOT_H_
 #define KINEGRAPH_APPS_COMMON_PLOT_H_
 
@@ -26,7 +27,9 @@ enum class PlotStyle {
   kLine,
   kPoints,
   kLinePoints,
-  kBars,  // from zero; bars of several series are side by side
+  // From zero, unless the y axis is logarithmic or has `low`; bars of several
+  // series are side by side.
+  kBars,
 };
 
 // A curve, a set of points or of bars. Everything except `x` and `y` may be
@@ -59,7 +62,7 @@ struct PlotAxis {
   std::string label;  // with the unit: "error [px]"
   bool log = false;   // values that are not positive are left out
   std::optional<double> low, high;
-  // Names of the values 0, 1, 2, ...; the y axis then runs downwards.
+  // Names of the values 0, 1, 2, ...; a y axis with names runs downwards.
   std::vector<std::string> categories;
 };
 

@@ -27,7 +27,8 @@ std::vector<ChosenCutoff> ChooseCutoffs(const CompareResult& result);
 // One row per person, joint, axis ("x", "y", "z", "all") and rule.
 std::string CutoffsCsv(const CompareResult& result,
                        const std::vector<ChosenCutoff>& chosen);
-// One row per joint, one column per rule: "x / y / z", medians over people.
+// One row per joint that has cut-offs, one column per rule: "x / y / z",
+// medians over people.
 std::string CutoffsTable(const CompareResult& result,
                          const std::vector<ChosenCutoff>& chosen);
 

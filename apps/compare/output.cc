@@ -641,9 +641,9 @@ std::string CompareMarkdown(const CompareResult& result,
       "\n## Held-out error by joint class, mean [px]\n\n" + ClassTable(result);
   text +=
       "\n## Smoothness and delay\n\n" + MotionTable(result) +
-      "\nComputed on the joints seen by two or more views, which are the same "
-      "for every strategy; the power also includes inferred joints. Lag: "
-      "relative to the batch, which has none.\n";
+      "\nAcceleration, jerk and bone spread are those of joints seen by two or "
+      "more views, which are the same for every strategy; the power also "
+      "includes inferred joints. Lag: relative to the batch, which has none.\n";
   text +=
       "\n## Motion removed and noise kept\n\n" + BalanceTable(result) +
       "\nRMS errors on time scales below one second, perpendicular to the ray "

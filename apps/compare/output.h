@@ -12,7 +12,7 @@
 
 namespace kinegraph {
 
-// Everything except run times, which vary.
+// Measures, balance by joint, tuning and lag sweep; no run times, which vary.
 Json CompareJson(const CompareResult& result);
 // Tidy: one row per strategy and measure.
 std::string CompareCsv(const CompareResult& result);

@@ -30,7 +30,8 @@ using PointErrors = std::vector<RatioUnit>;
 std::optional<size_t> BestPoint(const std::vector<PointErrors>& recordings,
                                 int left_out);
 
-// Scores of a strategy on one recording, with values chosen on the others.
+// Scores of a strategy on one recording, with values chosen on the others or,
+// without tuning, those of the configuration.
 struct StudyScore {
   std::string refused;  // empty: it ran
   StrategyValues values;
@@ -47,7 +48,7 @@ struct StudyRecording {
   std::string name;
   std::vector<StudyScore> scores;  // one per strategy
   // The strategy that performs best on the other recordings; nullopt: none
-  // could be run.
+  // could be run on all of them.
   std::optional<size_t> chosen;
 };
 
@@ -56,7 +57,8 @@ struct Study {
   size_t baseline_idx = 0;
   bool tuned = false;
   std::vector<StudyRecording> recordings;
-  // Chosen on all recordings, for future ones; nullopt: none could be run.
+  // Chosen on all recordings, for future ones; nullopt: none could be run on
+  // all of them.
   std::optional<size_t> best;
   StrategyValues best_values;
   // Options common to all recordings, on which recommended.toml is based.

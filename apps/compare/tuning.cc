@@ -106,7 +106,7 @@ StrategyTuning ChooseCrossed(const std::vector<StrategyValues>& grid,
 
 constexpr const char* kFoldTables[] = {"first", "second"};
 
-// All parameters of all strategies, for readers and writers of options.
+// The parameters of all strategies, as options that ConfigFile::Apply reads.
 struct FoldTable {
   std::string frames[2];
   std::vector<StrategyValues> values[2];

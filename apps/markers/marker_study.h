@@ -23,8 +23,8 @@ namespace kinegraph {
 struct MarkerRequest {
   std::string tracks;
   std::string ground_truth;
-  // File with rules for the joints (TOML); empty: the marker set is recognised
-  // by its labels.
+  // File with rules for the joints of the ground truth (TOML); empty: its
+  // labels are those of a known marker set or names of joints.
   std::string joints;
   std::string unit;
   std::vector<FrameRange> frames;  // of the tracks; empty: all

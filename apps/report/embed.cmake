@@ -1,4 +1,4 @@
-# Writes a source file with the page's sources as string literals.
+# Writes a source file with the page's sources and three.js as string literals.
 #
 #   cmake -D OUT=assets.cc -D WEB=apps/report/web -D THREE=/usr/share/javascript/three
 #     -P embed.cmake

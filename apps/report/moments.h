@@ -36,8 +36,8 @@ struct Moment {
 // 850,000 normally distributed values exceeds it.
 std::vector<Moment> Largest(std::vector<Moment> moments, size_t count);
 
-// One moment per person and frame: the largest change of a joint's velocity, or
-// the largest deviation of a bone's length.
+// At most one moment per person and frame: the largest change of a joint's
+// velocity, or the largest deviation of a bone's length.
 std::vector<Moment> SpeedJumps(const TrackSequence& tracks);
 std::vector<Moment> BoneDeviations(const TrackSequence& tracks);
 // The frames in which identities start after the first frame or end before the

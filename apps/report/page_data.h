@@ -70,7 +70,8 @@ struct PageOptions {
   // of the tracks' format.
   std::optional<Eigen::Vector3d> up;
   size_t max_bytes = 50000000;  // of the data; more is decimated
-  std::optional<Eigen::Vector3d> stated_up = {};  // StatedUp
+  // The vertical axis of the first result's format, if it has one (StatedUp).
+  std::optional<Eigen::Vector3d> stated_up = {};
 };
 
 // The encoded data, and what was left out to keep it small.

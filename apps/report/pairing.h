@@ -21,7 +21,8 @@ struct ViewPair {
 };
 
 // Pairs the people of a frame with its detections: by the matches in the tracks
-// if there are any, else with the nearest detection by mean pixel distance.
+// if anyone in the frame has any, else one to one in each view, in ascending
+// order of the mean pixel distance.
 class DetectionPairing {
  public:
   // `cameras` are in the order of the detections' views.

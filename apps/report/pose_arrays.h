@@ -49,7 +49,8 @@ class PoseArrays {
   std::vector<uint16_t> difference_;  // per pose, mm
   std::vector<int16_t> match_;        // per view (extras)
   std::vector<uint8_t> weight_;       // per view and joint (extras)
-  std::vector<int16_t> covariance_;   // 6 per joint (extras)
+  // Cholesky factor, 6 numbers per joint, 0.1 mm (extras).
+  std::vector<int16_t> covariance_;
 };
 
 }  // namespace kinegraph

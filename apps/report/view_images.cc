@@ -212,7 +212,7 @@ std::string PicturePath(const std::string& pattern, int64_t frame) {
   if (!is_number) {
     throw InputError("--images: found '" + Printable(pattern) +
                      "', expected one number such as %06d in it, or a video "
-                     "(.mp4, .mov, .webm, .mkv)");
+                     "(.mp4, .m4v, .mov, .webm, .mkv)");
   }
   std::string number = std::to_string(frame);
   const size_t width = std::strtoul(pattern.c_str() + begin + 1, nullptr, 10);

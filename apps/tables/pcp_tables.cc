@@ -74,7 +74,8 @@ PcpResult ScoreByOwnRules(const OwnRules& own, const std::string& folder) {
 
 // ---- Scores
 
-// The head conversions of a set, the paper's first.
+// All head conversions, the paper's first; VoxelPose's in the form for the
+// benchmark's data set.
 std::vector<HeadConversion> HeadConversionsOf(const Benchmark& benchmark) {
   return {HeadConversion::kChu, HeadConversion::kMvpose,
           benchmark.is_shelf() ? HeadConversion::kVoxelposeShelf

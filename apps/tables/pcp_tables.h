@@ -28,7 +28,7 @@ struct TrackedRow {
   std::string method;
   std::string recording;  // name of the detections
   std::string detections_note;
-  std::string made_by;  // configuration and set, or the file
+  std::string made_by;  // configuration and --set, or the file
   std::string remark;
   bool ours = false;
   bool baseline = false;  // first method of its recording
@@ -65,9 +65,10 @@ PcpDifference DifferenceOf(const PcpResult& pcp, const PcpResult& baseline,
 Json PartsJson(const Share& share);
 
 // PCP by actor: the printed rows with every measured row under the paper's head
-// conversion and mean rule, then the means under every conversion and rule. The
-// details hold all counts, and the incorrect parts of each actor with their
-// frames.
+// conversion and mean rule, then the means under every conversion and rule and,
+// if there are any, TrackedBenchmark::own_rules and single_person. The details
+// hold all counts and, under the paper's conversion and mean rule, the
+// incorrect parts of each actor with their frames.
 TableOutput ActorTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,

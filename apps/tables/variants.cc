@@ -204,9 +204,10 @@ TableOutput SweepTable(const std::string& title,
   output.markdown =
       "### " + title +
       "\n\nOne parameter at a time is varied from half to twice its published "
-      "value; head `chu`, mean rule. A difference is significant if its paired "
-      "95 % interval excludes 0; of this many values, some are significant by "
-      "chance alone. No value was chosen from these results.\n\n" +
+      "value (epsilon up to 17); head `chu`, mean rule. A difference is "
+      "significant if its paired 95 % interval excludes 0; of this many "
+      "values, some are significant by chance alone. No value was chosen from "
+      "these results.\n\n" +
       notes + "\n" + table.ToString(TableStyle::kMarkdown) +
       "\n![PCP over each parameter](" + figure + ")\n\n";
   return output;

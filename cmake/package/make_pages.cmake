@@ -1,5 +1,5 @@
-# Writes `kinegraph`, a manual page per command and the shells' completions, from the
-# commands' --help and their order in TASKS.
+# Writes the script `kinegraph` that starts the commands, the manual pages and the
+# shells' completions, from the commands' --help and their list by task, TASKS.
 #   cmake -D PROGRAMS=... -D OUT=FOLDER -D VERSION=... -D TASKS=apps/commands.txt
 #     -P make_pages.cmake
 file(READ ${TASKS} tasks)

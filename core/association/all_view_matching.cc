@@ -34,7 +34,8 @@ constexpr double kSeenOdds = 3.0;
 // A detection is not considered if all of its joints are farther than this from
 // the expected ones.
 constexpr double kFarSigmas = 6.0;
-constexpr size_t kMostHypotheses = 30;      // per person and number of views
+// Hypotheses kept of one person with equally many detections.
+constexpr size_t kMostHypotheses = 30;
 constexpr double kLeastImprovement = 1e-9;  // nats
 
 // The part of an image that a person covers; empty if behind the camera.

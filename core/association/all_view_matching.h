@@ -1,6 +1,6 @@
 // Matches the detections of all views with people at once. Bodies of few joints
-// (boxes, centroids) do not differ enough within one view for Eq. 1, but views
-// that show one person agree on the person's position.
+// (boxes, centroids) do not differ enough within one view for the paper's Eq. 1
+// (affinity.h), but views that show one person agree on the person's position.
 #ifndef KINEGRAPH_CORE_ASSOCIATION_ALL_VIEW_MATCHING_H_
 #define KINEGRAPH_CORE_ASSOCIATION_ALL_VIEW_MATCHING_H_
 
@@ -31,8 +31,8 @@ double ExpectedSigma(double age_s);
 
 class AllViewMatcher {
  public:
-  // Whether the skeleton has fewer than four association joints, so that people
-  // are matched in all views at once.
+  // Whether the skeleton has fewer than four association joints, so that graph
+  // mode matches people in all views at once.
   static bool AppliesTo(const Skeleton& skeleton);
 
   // `cameras` must outlive the object; `joints` are the association joints,
@@ -46,9 +46,9 @@ class AllViewMatcher {
   // empty: none) cannot match.
   //
   // A hypothesis of a person is a detection, or none, in each view. Its gain is
-  // the log likelihood ratio between these detections showing the person,
-  // displaced from the expected pose, and showing others; a joint hidden by a
-  // person nearer to the camera is more likely to be misplaced. At most one
+  // the logarithm of the odds that these detections show the person, displaced
+  // from the expected pose, and not other people; a joint hidden by a person
+  // nearer to the camera is more likely to be misplaced. At most one
   // hypothesis is chosen per person, and each detection is in at most one of
   // the chosen hypotheses. The order of the views does not matter.
   void Match(Span<ExpectedPerson> people,
@@ -69,8 +69,8 @@ class AllViewMatcher {
   bool IsNear(const ExpectedPerson& expected, size_t view,
               const Observation& observation) const;
   // Adds the detection to the hypothesis. False, with the hypothesis no longer
-  // usable, if the detection more probably shows another person or one of its
-  // joints is expected behind the camera.
+  // usable, if the detection more probably shows another person, if each of its
+  // joints is more probably misplaced, or if one is expected behind the camera.
   bool Extend(const Pose3d& expected, size_t view, int detection,
               Span<Observation> observations, Hypothesis* hypothesis) const;
   // Adds the person's best hypotheses, each with at least one detection, to
@@ -94,7 +94,7 @@ class AllViewMatcher {
   double detector_px_;
   // Buffers of Match.
   std::vector<std::vector<std::vector<char>>> hidden_;  // [view][person][joint]
-  std::vector<std::vector<int>> near_;                  // [view], of one person
+  std::vector<std::vector<int>> near_;   // [view]: detections near one person
   std::vector<Hypothesis> open_;         // with equally many detections
   std::vector<Hypothesis> longer_;       // with one detection more
   std::vector<Hypothesis> all_;          // by descending gain

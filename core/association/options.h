@@ -41,8 +41,9 @@ struct AssociationOptions {
   // Of 17: common joints that must have a positive affinity. Where joints are
   // missing, the same share of the joints that both poses have.
   double epsilon_joints = 10.0;
-  // Of 17: a pair with fewer common joints cannot match. Graph mode: four
-  // suffice if all common joints agree well.
+  // Of 17: a pair with fewer common joints cannot match. Graph mode, unless
+  // max_speed is 0 or the affinity is cross_view: four suffice if all common
+  // joints agree well.
   double min_common_joints = 6.0;
   // cross_view only.
   Target2d target_2d = Target2d::kMatched;

@@ -20,7 +20,7 @@ constexpr double kMinCommon = 6.0;  // joints of 17
 // A tracklet ends after this time without a detection, or after the detector's
 // longest pause (Follow) if that is longer.
 constexpr double kMissed = 0.2;  // s
-// A track owns a tracklet with which it was matched for this time.
+// The track last matched with a tracklet owns it after this time of matches.
 constexpr double kOwned = 0.2;  // s
 // The ownership lapses after this time without a match.
 constexpr double kForgotten = 2.0;  // s

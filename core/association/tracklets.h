@@ -21,8 +21,8 @@ namespace kinegraph {
 // tracklets end and new ones begin: short tracklets are harmless, wrong ones
 // are not.
 //
-// A tracklet belongs to the track that was matched with its detections for 0.2
-// s; detections that continue it are assumed to show the same person.
+// A tracklet belongs to the track last matched with its detections, after 0.2 s
+// of matches; detections that continue it are assumed to show the same person.
 class ViewTracklets {
  public:
   // `joints`: the joints that are compared (Skeleton::association_joints).
@@ -36,8 +36,9 @@ class ViewTracklets {
               double longest_pause_s);
 
   // The track that owns the tracklet of this detection, by the detection's
-  // index in the last Follow. nullopt if no track was matched with the tracklet
-  // for 0.2 s, or none in the last 2 s.
+  // index in the last Follow. nullopt if the track last matched with the
+  // tracklet was matched for less than 0.2 s or more than 2 s ago, or if there
+  // is none.
   std::optional<TrackId> OwnerOf(size_t observation_idx) const;
   // To be called when the detection was matched with a track and agrees with
   // another view of the track.

@@ -18,8 +18,9 @@ class InputError : public std::runtime_error {
              const std::string& message);
 };
 
-// An option outside its range: what() is "key: message". The configuration
-// reader adds file and line and throws InputError.
+// An option, or another value passed by the caller, that cannot be used, alone
+// or together with others: what() is "key: message". For keys of a file, the
+// configuration reader adds file and line and throws InputError.
 class OptionError : public std::runtime_error {
  public:
   OptionError(std::string key, const std::string& message);

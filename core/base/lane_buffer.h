@@ -1,4 +1,4 @@
-// Memory for numbers in lanes.
+// Memory for numbers in SIMD lanes.
 #ifndef KINEGRAPH_CORE_BASE_LANE_BUFFER_H_
 #define KINEGRAPH_CORE_BASE_LANE_BUFFER_H_
 
@@ -7,7 +7,7 @@
 
 namespace kinegraph {
 
-// Numbers in rows of lanes, aligned for every instruction set.
+// Numbers in rows of SIMD lanes, aligned for every instruction set.
 class LaneBuffer {
  public:
   LaneBuffer() = default;
@@ -18,7 +18,7 @@ class LaneBuffer {
   const double* data() const { return aligned_; }
   double& operator[](size_t index) { return aligned_[index]; }
   double operator[](size_t index) const { return aligned_[index]; }
-  // The contents are undefined afterwards.
+  // Makes room for `size` numbers, whose values are undefined.
   void Reserve(size_t size);
   void Assign(size_t size, double value);
 

@@ -20,8 +20,9 @@ class Stopped : public std::exception {
 // For its lifetime, the work of this thread, and the pieces that its calls of
 // ParallelFor run on other threads, call `check` regularly: between people,
 // between pieces of a recording, between iterations of a solver. An exception
-// of `check` leaves the running call, whose objects are no longer usable. Only
-// the innermost scope is active. `check` must outlive the scope.
+// of `check` propagates out of the running call; objects that the call was
+// changing are no longer usable. Only the innermost scope is active. `check`
+// must outlive the scope.
 class StopScope {
  public:
   explicit StopScope(const StopCheck* check);

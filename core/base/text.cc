@@ -102,7 +102,8 @@ Utf8Letter LetterAt(std::string_view text, size_t begin) {
     if ((byte(i) & 0xc0) != 0x80) return {};
     point = point << 6 | (byte(i) & 0x3fu);
   }
-  // Overlong encodings, or halves of surrogate pairs.
+  // Invalid: overlong encodings, points above U+10FFFF, and halves of surrogate
+  // pairs.
   constexpr char32_t kLeast[] = {0x80, 0x800, 0x10000};
   const bool half = point >= 0xd800 && point < 0xe000;
   if (point < kLeast[size - 2] || point > 0x10ffff || half) return {};

@@ -1,4 +1,5 @@
-// Text: splitting, characters, and the distance between two strings.
+// Text: splitting, numbers, escaping, UTF-8 characters, and the distance of two
+// strings.
 #ifndef KINEGRAPH_CORE_BASE_TEXT_H_
 #define KINEGRAPH_CORE_BASE_TEXT_H_
 

@@ -33,8 +33,8 @@ void CheckCaptureTime(const std::string& view, TimeNs capture_time,
 
 // Throws InputError naming the frame unless it has one view per view of the
 // header, each detection one joint per joint of the skeleton with finite
-// numbers for found joints, its number and time are within limits.h, and its
-// views pass CheckCaptureTime.
+// numbers for found joints, and its number and time are within limits.h. Throws
+// what CheckCaptureTime throws.
 void CheckDetectionFrame(const DetectionHeader& header,
                          const DetectionFrame& frame);
 

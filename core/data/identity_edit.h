@@ -44,8 +44,8 @@ struct IdentityEdit {
   // frame and persons[1]'s first, which is earlier if the two overlap. Name:
   // none.
   std::optional<FrameSpan> frames;
-  // Evidence for the edit, in order: "bones" and "motion" as log likelihood
-  // ratios in nats, "gap_s", ...
+  // Evidence for the edit, in the order of the file; of a join: "bones",
+  // "motion" and "other" as log likelihood ratios in nats, "gap_s", ...
   std::vector<std::pair<std::string, double>> evidence;
   // Difference from the second best explanation of the recording [nats].
   std::optional<double> margin;

@@ -20,8 +20,8 @@ struct Observation {
   int view_idx = 0;
   int detection_idx = 0;  // index_in_file of the detection
   TimeNs capture_time = 0;
-  // One per joint of the tracks' skeleton. Raw pixels, for projection and
-  // gates.
+  // One per joint of the tracks' skeleton. Raw pixels, for comparison with
+  // projections and for gates.
   std::vector<Keypoint> joints;
   // One per joint, for epipolar distance and DLT; valid where the joint is
   // found.

@@ -15,7 +15,9 @@
 namespace kinegraph {
 
 enum class JointStatus : uint8_t {
-  kMissing,   // no position: never supported by two views in its track
+  // No position: never supported by two views in its track, not supported near
+  // this frame, or too uncertain.
+  kMissing,
   kInferred,  // a position supported by at most one view in this frame
   kObserved,  // two or more inlier views in this frame
 };

@@ -51,8 +51,8 @@ class Stance {
   //   the world axis within 40 degrees of it (unknown if there is none);
   //   unknown also if people stand at more than 50 degrees to the cameras'
   //   upward direction or, without cameras, may be lying in a world with z up.
-  // A person whose hands are clearly above the shoulders may be standing on
-  // them and is ignored.
+  // A person whose hands are clearly above the shoulders may be doing a
+  // handstand and is ignored.
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;
 
   // Up(known), if there are people and the result differs from `up`, a unit

@@ -16,8 +16,9 @@ struct Centres {
 };
 // Reduces both results to centres if they have no joint in common and one has a
 // single joint, which is taken to be a centroid; nullopt otherwise. The centre
-// of the other skeleton is the middle of the hips; if the skeleton or a pose
-// lacks a hip, it is the mean of the pose's joints.
+// of the other skeleton is its joint mid_hip or, if it has none, the middle of
+// l_hip and r_hip; where one of these is missing, it is the mean of the pose's
+// joints.
 std::optional<Centres> ReducedToCentres(const TrackSequence& a,
                                         const TrackSequence& b);
 

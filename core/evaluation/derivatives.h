@@ -63,8 +63,8 @@ struct DerivativeResult {
 // them; the acceleration of a model that has none is the central difference of
 // its velocities. For other poses both are central differences of the
 // positions. People are paired as in EvaluateMpjpe, and the pair must be the
-// same in all three frames, whatever the source, so that all strategies are
-// scored on the same frames.
+// same in all three frames, whatever the source, so that estimators with and
+// without derivatives of their own are scored on the same frames.
 //
 // A contact is an instant at which a descending ankle of the ground truth is
 // decelerated by more than one g: the greatest such deceleration within 0.1 s.

@@ -61,7 +61,7 @@ using DetectorBias = std::function<Eigen::Vector2d(
 
 struct HeldOutRules {
   enum class Pairing {
-    kByDistance,  // one-to-one, by mean distance over the twelve body joints
+    kByDistance,  // one-to-one, by mean distance over CommonBodyJoints
     kById,        // run and reference were made from the same matches
   };
   Pairing pairing = Pairing::kByDistance;
@@ -77,9 +77,9 @@ struct HeldOutRules {
 // detections and `reference` have, with at least the set's minimum confidence,
 // so feet that only some skeletons have do not change the set. The people of
 // the run are paired with those of the reference by `rules`. A prediction
-// farther away than the cap counts as none. Throws InputError when the set
-// refers to a frame, detection or person that does not exist, or when the rates
-// of run and reference differ.
+// farther away than the cap counts as none, except in normalised_squared.
+// Throws InputError when the set refers to a frame, detection or person that
+// does not exist, or when the rates of run and reference differ.
 void ScoreHeldOutCamera(const HeldOutSet& set,
                         const DetectionSequence& detections, int view_idx,
                         const Camera& camera, const TrackSequence& reference,

@@ -68,9 +68,10 @@ struct IdentityResult {
 };
 
 // A pose and a true person can match if the mean distance of their joints of
-// the same name is within the gate, kPersonGateM.
+// the same name is within the gate, kPersonGateM (for HOTA, see
+// kHotaThresholdCount).
 //
-// In each frame a true person keeps the matched identity while the two stay
+// In each frame a true person keeps the identity matched last if the two are
 // within the gate and no other person has had that identity since; the other
 // people are matched one-to-one.
 //

@@ -57,10 +57,10 @@ struct PersonFrames {
 std::vector<PersonFrames> PersonFramesOf(const TrackSequence& tracks);
 
 // |difference of order `order` of the position| rate^order, summed over the
-// twelve body joints that are observed in order + 1 consecutive frames, of
-// which the unit's frame is the first: acceleration [m/s^2] for 2, jerk [m/s^3]
-// for 3. One series per person, one unit per frame; the pooled ratio is the
-// mean over joints.
+// body joints (those of MotionResult's acceleration) that are observed in order
+// + 1 consecutive frames, of which the unit's frame is the first: acceleration
+// [m/s^2] for 2, jerk [m/s^3] for 3. One series per person, one unit per frame;
+// the pooled ratio is the mean over joints.
 std::vector<RatioSeries> DifferenceSeries(
     const TrackSequence& tracks, const std::vector<PersonFrames>& people,
     int order, double rate_hz);
@@ -75,7 +75,7 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
                                      const std::vector<PersonFrames>& people,
                                      double rate_hz);
 
-// The delay of `tracks` behind `reference` [s] that maximises the
+// The delay of `tracks` behind `reference` [s] that maximises the normalised
 // cross-correlation of their velocities within 0.4 s (Knapp and Carter 1976,
 // without weighting), all common body joints and axes together; a parabola
 // through the maximum and its neighbours gives fractions of a frame. `rate_hz`

@@ -170,7 +170,8 @@ std::string WorldCheck::GateText() const {
       "as theirs{}",
       extent_m, kPersonGateM,
       is_small ? ", even a track beside them"
-               : ": one whose errors are small for their size may not");
+               : "; a track whose errors are small for their size may not "
+                 "be counted");
 }
 
 WorldCheck CheckWorld(const FramePairing& frames, const JointPairs& joints) {

@@ -64,8 +64,8 @@ class Camera {
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world,
                                          Matrix23d* jacobian = nullptr) const;
 
-  // Ideal pixel (as a pinhole with the same K images it) of a raw pixel;
-  // nullopt where the lens model cannot be inverted.
+  // Ideal pixel of a raw pixel: where a pinhole camera with the same K would
+  // image the same ray. nullopt where the lens model cannot be inverted.
   std::optional<Eigen::Vector2d> Undistort(const Eigen::Vector2d& raw_px) const;
 
   // Unit direction in the world of the ray through an ideal pixel; the ray

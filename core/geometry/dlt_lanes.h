@@ -38,8 +38,8 @@ void TriangulateLanes(const LaneView* views, int view_count, int lanes,
                       const LanePoints& points);
 
 // Sets conflict[lane] to 1 where both views measured the joint and 1 - distance
-// / alpha_px < 0; leaves the others unchanged. `fundamental`: 3x3 by columns,
-// x_b' F x_a = 0.
+// / alpha_px < 0; leaves the others unchanged, also at an epipole, where the
+// distance is undefined. `fundamental`: 3x3 by columns, x_b' F x_a = 0.
 void MarkConflicts(const LaneView& a, const LaneView& b,
                    const double* fundamental, double alpha_px, int lanes,
                    double* conflict);

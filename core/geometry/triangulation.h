@@ -14,8 +14,8 @@ enum class TriangulationStatus {
   kOk,
   kTooFewViews,   // fewer than two measurements with a positive weight
   kNotFinite,     // a measurement or the unit vector X is not finite
-  kParallelRays,  // no two rays differ by the minimum angle, or X is a point at
-                  // infinity
+  kParallelRays,  // no ray differs from the first by the minimum angle, or X is
+                  // a point at infinity
   kBehindCamera,  // the point is behind a camera that measured it
 };
 

@@ -68,8 +68,8 @@ double FrameSeconds(const Tracklet& tracklet) {
          static_cast<double>(count - 1);
 }
 
-// Groups the frames of one bone into intervals of a second, each of which
-// becomes a piece.
+// Groups the frames of one bone into intervals of a second. Each with at least
+// kMinFramesOfPiece frames becomes a piece.
 class PieceMaker {
  public:
   PieceMaker(double frame_s, std::vector<BoneSamples::Piece>* to)
@@ -113,8 +113,8 @@ class PieceMaker {
 };
 
 // Whether a bone is used (BoneModel::BoneModel). In a skeleton of few joints,
-// such as the top and the bottom of a box, every bone is: it measures a
-// person's height.
+// such as the top and the bottom of a person's bounding box, every bone is
+// used: there it measures the person's height.
 bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
   constexpr int kFewJoints = 3;
   if (skeleton.joint_count() <= kFewJoints) return true;
@@ -123,7 +123,8 @@ bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
 }
 
 // Least error of the length of a bone that keeps its length [m]. A bone
-// between other joints of one class, as in a box, has that of the shoulders.
+// between other joints of one class, such as the top and the bottom of a box,
+// has that of the shoulders.
 double FloorOf(const Skeleton& skeleton, const Bone& bone) {
   const JointClass a = skeleton.joint_class(bone.a);
   if (a != skeleton.joint_class(bone.b)) return kFloor;

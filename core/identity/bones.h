@@ -30,7 +30,7 @@ struct BoneSamples {
 class BoneModel {
  public:
   // Uses the bones that keep their length: limbs, shoulders, hips, and from
-  // shoulder to hip; of a skeleton of up to three joints all.
+  // shoulder to hip; all bones if the skeleton has at most three joints.
   explicit BoneModel(const Skeleton& skeleton);
 
   // From the frames outside of contacts (Tracklet::clean_begin; all if there

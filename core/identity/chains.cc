@@ -18,9 +18,10 @@ constexpr double kForbidden = 1e6;  // nats
 // Prior log odds that a person who appears is already known rather than new: 20
 // to 1.
 constexpr double kKnownRather = 3.0;  // nats
-// Durations of absences have the density 1 / duration between kShortAbsence and
-// kLongAbsence [s]. After an absence of kUsualAbsence a known person is more
-// likely than a new one by the odds above.
+// Durations of absences have a density proportional to 1 / duration between
+// kShortAbsence and kLongAbsence [s], and constant beyond either. After an
+// absence of kUsualAbsence a known person is more likely than a new one by the
+// odds above.
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;

@@ -35,7 +35,7 @@ struct Link {
   double gap_s = 0.0;
   double bone_difference_m = 0.0;
   // Advantage over the best explanation in which the two are different people
-  // [nats].
+  // [nats]; 0 for a join that only LinkOptions::people decides.
   double margin = 0.0;
   bool decided = false;
 };

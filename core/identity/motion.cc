@@ -50,7 +50,8 @@ double LogNormal(double x, double variance) {
   return -0.5 * (x * x / variance + std::log(2.0 * M_PI * variance));
 }
 
-// Probability of a normal distribution between two limits.
+// Probability of a normal distribution between two limits, at least
+// kLeastWithin.
 double ShareWithin(double mean, double variance, double low, double high) {
   const double scale = std::sqrt(2.0 * variance);
   const double share =

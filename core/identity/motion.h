@@ -17,8 +17,9 @@ namespace kinegraph {
 // inferred from the velocity before the gap and persists for one or two
 // seconds. The predicted position and velocity, with covariance, are compared
 // with the alternative that one person left and another arrived, anywhere. A
-// standing person mostly keeps facing the same way. The share of people who
-// left and returned grows with the gap.
+// standing person mostly keeps facing the same way, and limbs keep their
+// posture across a short gap (PostureModel). The share of people who left and
+// returned grows with the gap.
 class IdentityMotion {
  public:
   // The floor is the plane in which people spread most; the occupied space is
@@ -26,7 +27,8 @@ class IdentityMotion {
   explicit IdentityMotion(const std::vector<Tracklet>& tracklets);
 
   // Log likelihood ratio [nats] of the state `to`, for the person in `from`
-  // against another. A `to` that is not later is treated as `frame_s` later.
+  // against another. The gap counts as at least `frame_s`, even if `to` is not
+  // later.
   double LogRatio(const MotionState& from, const MotionState& to,
                   double frame_s) const;
 

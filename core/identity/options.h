@@ -12,8 +12,8 @@ namespace kinegraph {
 struct LinkOptions {
   bool link = false;  // graph mode; needs the whole recording
 
-  // By how many nats (powers of e) a change must exceed the second best
-  // explanation: 2 nats are odds of 7 to 1.
+  // By how many nats (powers of e) the explanation with a join must exceed the
+  // best one without it: 2 nats are odds of 7 to 1. Exceptions: linking.h.
   double min_margin = 2.0;
   // Absences up to this are bridged with motion and bones; 0: any [s].
   double max_absence_s = 0.0;

@@ -25,7 +25,7 @@ class PostureModel {
                const Eigen::Vector3d& up);
 
   // Log likelihood ratio [nats] of the posture `to`, `gap_s` after `from`, for
-  // the same person against another.
+  // the same person against another. 0 without a PostureDistance.
   double LogRatio(const LimbPosture& from, const LimbPosture& to,
                   double gap_s) const;
   double strangers_m() const { return strangers_m_; }

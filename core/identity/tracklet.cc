@@ -176,8 +176,8 @@ constexpr double kNear = 1.0;          // m
 constexpr double kTouching = 0.4;      // m; nearer: a contact
 constexpr double kMayExchange = 1.5;   // m; nearer: a contact if SeemExchanged
 constexpr double kExchangeTime = 0.4;  // s, within which an exchange shows
-// The beginning or end of another track is a contact from kBefore, because a
-// track is unreliable before it is lost, to kAfter.
+// The beginning or end of another track is a contact from kBefore before it,
+// because a track is unreliable before it is lost, to kAfter after it.
 constexpr double kBefore = 0.4;      // s
 constexpr double kAfter = 0.2;       // s
 constexpr double kLeast = 1.0;       // s of clean frames required in a piece

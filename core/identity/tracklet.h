@@ -117,7 +117,9 @@ struct Pieces {
 };
 
 // Cuts tracks at their contacts. A contact's frames are dirty on both sides of
-// the cut.
+// the cut. Within a second of an end of the track (0.4 s if the track was lost
+// from view and recovered elsewhere) a contact makes frames dirty, but cuts
+// nothing; a contact so close to both ends is ignored.
 Pieces CutAtContacts(const std::vector<Tracklet>& tracks);
 
 }  // namespace kinegraph

@@ -111,8 +111,8 @@ bool IsDetectionTable(const std::string& path) {
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 
-// Whether the file is a calibration of a motion capture system, by its
-// extension or, for XML, its first character.
+// Whether the file is a calibration of bioCV or of a motion capture system, by
+// its extension or, for XML, its first character.
 bool IsOfLaboratory(const std::string& path) {
   if (HasExtension(path, {".calib", ".mcal", ".xcp"})) return true;
   const std::string text = BeginningOf(path, 16);

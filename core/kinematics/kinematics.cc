@@ -32,11 +32,11 @@ constexpr BodySegment kSegments[] = {{"hip", "shoulder", 0.5 * 0.578, 0.66},
                                      {"hip", "knee", 0.100, 0.433},
                                      {"knee", "ankle", 0.061, 0.606}};
 
-// Weights of the joints whose sum is the centre of mass, by the segments of
-// Winter, "Biomechanics and Motor Control of Human Movement" (4th ed., table
-// 4.1): trunk with head and neck, upper arms, forearms with hands, thighs,
-// shanks with feet. The weights sum to 1. Empty when the skeleton lacks one of
-// the twelve joints.
+// Weights of the joints in the centre of mass, their weighted mean, by the
+// segments of Winter, "Biomechanics and Motor Control of Human Movement" (4th
+// ed., table 4.1): trunk with head and neck, upper arms, forearms with hands,
+// thighs, shanks with feet. The weights sum to 1. Empty when the skeleton lacks
+// one of the twelve joints.
 using MassWeights = std::vector<std::pair<int, double>>;
 MassWeights MassWeightsOf(const Skeleton& skeleton) {
   std::vector<double> weights(static_cast<size_t>(skeleton.joint_count()));

@@ -56,7 +56,7 @@ double GroupingRule::AffinitySum(const ObservationGroup& group,
 }
 
 double GroupingRule::Cost(const Observation& a, const Observation& b) const {
-  // Two poses without a common joint cost as much as a clear conflict.
+  // Two poses without a common joint cost more than any conflict.
   constexpr double kNothingInCommon = 1e6;
   double sum = 0.0;
   int common = 0;

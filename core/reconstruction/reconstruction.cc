@@ -149,8 +149,8 @@ bool Reconstructor::KeepsEnough(const Reconstruction& reconstruction) const {
   // in both.
   constexpr double kLeastShared = 0.25;
   const int alone = reconstruction.alone_joints;
-  // One joint may always be lost, such as one of a box's two joints when its
-  // bottom is hidden.
+  // One joint may always be lost: of a person's bounding box, whose joints are
+  // its top and bottom, the bottom may be hidden.
   const double most = std::max(1.0, options_.max_lost_share * (seen - alone));
   return seen - lost >= kLeastShared * seen && lost < seen &&
          lost - alone <= most;

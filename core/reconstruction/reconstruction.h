@@ -58,8 +58,8 @@ struct UsedView {
 };
 
 struct Reconstruction {
-  // kObserved: triangulated from two or more views of this frame. kInferred:
-  // triangulated using older views, or predicted. kMissing: neither.
+  // kObserved: triangulated, with two or more views of this frame. kInferred:
+  // triangulated with fewer, or predicted. kMissing: neither.
   Pose3d pose;
   std::vector<char> triangulated;       // one per joint
   std::vector<int> fresh_inlier_views;  // one per joint

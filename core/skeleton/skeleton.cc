@@ -202,7 +202,8 @@ std::string FacePoint(int point) {
          std::to_string(right ? point : partner);
 }
 
-// COCO-WholeBody's joints after COCO-17's, and the bones of its fingers.
+// COCO-WholeBody: the joints after COCO-17's and the bones of the fingers are
+// numbered, so they are generated.
 Skeleton MakeWholeBody133() {
   Names joints = Coco17Joints();
   for (const std::string side : {"l_", "r_"}) {

@@ -38,7 +38,7 @@ struct Itinerary {
   std::vector<Gesture> gestures;
 };
 
-// Time that a person takes to sit down, and to stand up again [s], each.
+// Duration of sitting down, and of standing up again [s].
 inline constexpr double kSitDownTime = 1.6;
 // Distance that the pelvis moves back onto the seat [m].
 inline constexpr double kSeatDistance = 0.38;

@@ -29,10 +29,12 @@ struct JointNoise {
   double white_share = 0.0;
   double correlation_time_s = 0.0;
 
-  double outlier_rate = 0.0;      // share of the observed joints
-  double outlier_burst_s = 0.0;   // exact length; 0: independent
-  double outlier_min_px = 30.0;   // distance beyond the noise, uniform, in a
-  double outlier_max_px = 200.0;  // direction that is constant in a burst
+  double outlier_rate = 0.0;     // share of the observed joints
+  double outlier_burst_s = 0.0;  // exact length; 0: independent
+  // Distance beyond the noise, uniform, in a direction that is constant in a
+  // burst (reversed where it would lead out of the image).
+  double outlier_min_px = 30.0;
+  double outlier_max_px = 200.0;
   double outlier_on_other = 0.0;  // share on the same joint of a nearby person
 
   double missing_rate = 0.0;

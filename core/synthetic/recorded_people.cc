@@ -348,7 +348,8 @@ class RecordedActor : public Actor {
     if (HasBoth(ankles)) {
       pivot = 0.5 * ((*points)[ankles[0]] + (*points)[ankles[1]]);
     }
-    // Horizontal directions of the body; a lying body uses those of the world.
+    // Horizontal directions of the body. For a body that lies on its side these
+    // are the world's.
     Vector3d left = HorizontalPart(trunk.R.col(1));
     left = left.norm() > 0.1 ? left.normalized() : Vector3d::UnitY();
     const Vector3d forward = left.cross(Vector3d::UnitZ());

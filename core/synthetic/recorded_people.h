@@ -52,15 +52,16 @@ struct RecordedMotion {
   TrackId id;        // of the person in the file
   Skeleton skeleton;
   // Coordinates of all joints, x y z of the first, then of the next. One piece
-  // for each segment without a gap; at least one.
+  // for each segment without a gap of more than 0.25 s; at least one.
   std::vector<KnotSpline> pieces;
 };
 
-// The people of one clip in the joints of `skeleton`, matched by name. A person
-// with a missing joint is missing in that frame. Throws InputError naming the
-// file and the problem: no frames, no people, a joint that the file lacks, a
-// position that is not finite, times that do not ascend, nobody in two frames
-// at most 0.25 s apart.
+// The people of one clip in the joints of `skeleton`, matched by name. A frame
+// in which a joint of the person is missing counts as one without the person;
+// gaps of up to 0.25 s are bridged. Throws InputError naming the file and the
+// problem: no frames, no people, a joint that the file lacks, a position that
+// is not finite, times that do not ascend, nobody in two frames at most 0.25 s
+// apart.
 std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
                                       const Skeleton& skeleton);
 

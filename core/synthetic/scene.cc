@@ -88,7 +88,8 @@ void CheckPeopleOffCameras(const Scene& scene) {
                            "camera '" +
                            camera.name() + "' at " +
                            std::to_string(ToSeconds(scene.times[f])) +
-                           " s; raise scene.cameras.radius or place the clip");
+                           " s; raise scene.cameras.radius or move the clip "
+                           "(motion.x, motion.y)");
         }
       }
     }

@@ -120,12 +120,12 @@ struct Scene {
 inline constexpr double kSceneMargin = 2.0;
 
 // Throws OptionError for options outside their limits, an unknown skeleton or
-// joint, or cameras less than half a metre outside of where people may be.
+// joint, or cameras less than half a metre from where people may be.
 Scene MakeScene(const SceneOptions& options);
 // Overload with a given skeleton; `options.skeleton` is ignored.
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton);
-// Overload with given people (recorded_people.h) instead of simulated ones;
-// people, stature and motion in `options` are ignored. Throws
+// Overload with given people (recorded_people.h) instead of simulated ones: of
+// `options` only cameras, duration and frame rate are used. Throws
 // OptionError("clips", ...) if a person comes within half a metre of a camera.
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton,
                 std::vector<std::shared_ptr<const Actor>> people);

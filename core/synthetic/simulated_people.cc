@@ -168,7 +168,7 @@ class SimulatedActor : public Actor {
                    0.08 * seat + 0.01 * Sine(time_s, 0.21, habits_.phase[5]);
 
     // The pelvis rotates with the leading leg, the thorax against it; the head
-    // looks ahead.
+    // turns slowly and compensates most of the lean.
     const double pelvis_yaw = -0.12 * trunk_flexibility_ * stride;
     posture.heading += pelvis_yaw;
     posture.twist = -2.0 * pelvis_yaw;

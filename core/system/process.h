@@ -68,8 +68,8 @@ std::string FirstLineOf(const std::string& command);
 // clear each page again before reuse. No effect without glibc.
 void KeepFreedMemory();
 
-// System information as lines "key: value" and "key=value". The files may not
-// exist.
+// Files with system information, in lines "key: value" (the first) and
+// "key=value" (the second). They may not exist.
 inline constexpr const char* kProcessorFile = "/proc/cpuinfo";
 inline constexpr const char* kSystemFile = "/etc/os-release";
 

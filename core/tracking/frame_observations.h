@@ -21,10 +21,10 @@ namespace kinegraph {
 // for a frame or two.
 //
 // Of the first `count` observations, which must be of one view, keeps one of
-// each group of duplicates, at the index of the group's first: the one with the
-// most joints, then the most confident one, then the first. Returns the number
-// kept; they are moved to the front, and the others stay behind them, for their
-// memory to be reused.
+// each group of duplicates: the one with the most joints, then the most
+// confident one, then the first. Returns the number kept; they are moved to the
+// front, in the order of their groups' first members, and the others stay
+// behind them, for their memory to be reused.
 size_t SuppressDuplicates(size_t count, std::vector<Observation>* observations);
 
 // Observations of each view of a frame, converted to the skeleton of the

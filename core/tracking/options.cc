@@ -127,8 +127,8 @@ TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
     life.max_gap_frames = options.max_gap_s * per_s;
     life.confirm_hits = std::max<int64_t>(
         2, 1 + std::llround(options.confirm_s * frame_rate_hz));
-    // With a shorter life, half a frame of tolerance included, the first miss
-    // deletes the track.
+    // A life of less than a frame and a half (half a frame is a tolerance) ends
+    // with the first missed frame.
     if (life.max_age_frames < 1.5) life.confirm_hits = 1;
   }
   if (options.independent_frames) life.confirm_hits = 1;

@@ -86,7 +86,7 @@ class SecondPass {
   void Process(const DetectionFrame& frame, TrackFrame first_pass);
   // Estimates all people, on up to `threads` threads, and returns every frame.
   // No person is dropped: a joint without an estimate is taken from the first
-  // pass, as inferred if others have one.
+  // pass, and becomes inferred if other joints have an estimate.
   std::vector<TrackFrame> Finish(int threads);
 
  private:

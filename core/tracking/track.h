@@ -118,8 +118,10 @@ class TrackLife {
 };
 
 // Decides which frames of a track are written. Tentative frames with an update
-// wait for confirmation if TrackLifeOptions::backfill, else they are dropped;
-// gaps wait for the update that closes them.
+// wait for confirmation if TrackLifeOptions::backfill, else they are dropped. A
+// gap in a confirmed track waits for the update that closes it and is written
+// if it has at most max_gap_frames frames; other frames without an update are
+// dropped.
 class WriteGate {
  public:
   WriteGate(const TrackLifeOptions& options, const FrameClock& clock)

@@ -1,8 +1,9 @@
 // The front end of Chu et al. (2021; "the paper"): runs the stages of a frame
 // in order: 2D-3D association view by view (Eq. 1), joints filter and DLT for
 // each track (Eq. 2 and 3), new people from the unmatched detections (Algorithm
-// 2). Their mathematics is in other files. Graph mode's additions to
-// association are a policy (association_policy.h).
+// 2). Their mathematics is in other files. Graph mode adds a policy to
+// association (association_policy.h) and, for skeletons of few joints, matches
+// all views at once (all_view_matching.h).
 #ifndef KINEGRAPH_CORE_TRACKING_TRACKER_H_
 #define KINEGRAPH_CORE_TRACKING_TRACKER_H_
 

@@ -5,8 +5,9 @@ in OpenSim: written from its documentation (Scale and IK settings files, 4.x).
 
 The TRC comes from `kinegraph convert --to=trc --markers=opensim` (the names of
 kinegraph and of Pose2Sim work too), with COCO-17, BODY_25 or another skeleton
-with these joints. Writes OUT/markers.xml, OUT/scale.xml, OUT/ik.xml and
-OUT/run.py, and prints how to run them. Does not need OpenSim itself.
+with at least eight of their limb, neck and nose joints. Writes OUT/markers.xml,
+OUT/scale.xml, OUT/ik.xml and OUT/run.py, and prints how to run them. Does not
+need OpenSim itself.
 
 Markers are joint centres. In OpenSim's whole-body models (Rajagopal 2016,
 gait2392 with arms) a segment's origin is the centre of its proximal joint, so
@@ -69,7 +70,7 @@ NAMES = {
 }
 
 # Limbs, scaled by the distance between two joints, both sides together. The
-# trunk's height and width are added in scale_tool().
+# trunk's height and width and the pelvis are added in scale_tool().
 MEASUREMENTS = (
     ("thigh", ("hip", "knee"), ("femur",)),
     ("shank", ("knee", "ankle"), ("tibia",)),

@@ -207,8 +207,9 @@ class Session(_kinegraph.Session):
 class Frozen(_kinegraph.Frozen):
     """A tracked recording with fixed matches, on which smoothers can be compared.
 
-    cameras, detections, config, set: as for track(), but with a single pass, and
-    identities are not linked. tracks: the result of the run itself;
+    cameras, detections, config, set: as for track(), but with a single pass,
+    identities are not linked, and cameras.ground is ignored. tracks: the result
+    of the run itself;
     smooth(strategy): Tracks of the same matches.
     """
 

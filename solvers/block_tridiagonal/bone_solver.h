@@ -13,7 +13,8 @@ namespace kinegraph {
 // ChainSolver for problems with bones or a PersonProblem::prior; ignores the
 // user's factors. Each linear system is solved by conjugate gradients,
 // preconditioned with the joints' chains, which bones couple only weakly. One
-// joint per SIMD lane. Reuses its work space between calls; not thread-safe.
+// joint per SIMD lane. All stages have the last stage's step tolerance. Reuses
+// its work space between calls; not thread-safe.
 class BoneSolver {
  public:
   // Starts at the joints' states. Keeps the gating of measurements, unless the
@@ -53,7 +54,7 @@ class BoneSolver {
   // `accuracy`; false if that fails.
   bool FindStep(double damping, double accuracy);
   // candidate = states + scale step; returns the largest movement of a
-  // position [m].
+  // position along an axis [m].
   double MoveCandidate(double scale);
   void KeepCandidate();
   double Dot(const LaneBuffer& a, const LaneBuffer& b) const;

@@ -91,7 +91,7 @@ class ChainSolver {
       size_t frame_end);
 
  private:
-  // Chains that share a call of the kernel.
+  // Number of chains per call of the kernel.
   static constexpr size_t kGroup = kLaneMultiple;
 
   // Loads chains begin .. end - 1.

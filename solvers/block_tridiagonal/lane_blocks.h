@@ -33,7 +33,7 @@ KINEGRAPH_INLINE Mask<T> InAllLanes() {
 // Place of (row, column) in a symmetric 3x3 part.
 inline constexpr int kSymmetric[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-// 2x2 matrix whose entries are multiples of the 3x3 identity.
+// 6x6 matrix of four 3x3 blocks: block (i, k) is a[i][k] times the identity.
 template <typename T>
 struct LaneAxis {
   T a[2][2];

@@ -43,8 +43,10 @@ Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& v);
 Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& vector);
 
 // Raw pixel of a point in `camera` after the change, without its clock. nullopt
-// as for Camera::Project. The Jacobians with respect to the point (2x3, px/m)
-// and the change (2 x kChangeSize; zero for the clock) may be null.
+// as for Camera::Project, and where the change of the lens alone would move
+// points nearer to the image's centre the farther they are from the axis. The
+// Jacobians with respect to the point (2x3, px/m) and the change (2 x
+// kChangeSize; zero for the clock) may be null.
 std::optional<Eigen::Vector2d> ProjectChanged(
     const Camera& camera, const CameraChange& change,
     const Eigen::Vector3d& point_m, Matrix23d* by_point = nullptr,

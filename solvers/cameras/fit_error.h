@@ -17,7 +17,7 @@ namespace kinegraph {
 // with them, and its residuals are summed in short time bins.
 struct FitError {
   // Upper bound of the error of a measurement [px], and the error where the
-  // joint has no image.
+  // joint has no image or the segment's state cannot be found.
   static constexpr double kMostPx = 30.0;
   // Sums of min(|residual|, kMostPx) and counts, [view, bin].
   Eigen::ArrayXXd sum_px;

@@ -15,9 +15,10 @@ namespace kinegraph {
 // One ceres::Problem persists between solves, because a window's structure
 // hardly changes: its blocks belong to frames 0, 1, ... of the window, and only
 // their values are replaced as the window advances. Blocks are added or removed
-// at the end when the number of frames changes. The solver, not Ceres, owns
-// states and factors. The blocks and their order depend on the current problem
-// only, so the result does not depend on earlier solves.
+// at the end when the number of frames changes; the user's factors are added
+// for each solve and removed after it. The solver, not Ceres, owns states and
+// factors. The blocks and their order depend on the current problem only, so
+// the result does not depend on earlier solves.
 class CeresSolver {
  public:
   CeresSolver();

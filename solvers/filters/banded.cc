@@ -60,7 +60,7 @@ Samples BandedLeastSquares::Solve() const {
 
 Eigen::MatrixXd BandedLeastSquares::InverseBands() const {
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(width_, R_.cols());
-  // With P the inverse, R P is lower triangular with 1 / R(i, i) on its
+  // With P = (A'A)^-1, R P is lower triangular with 1 / R(i, i) on its
   // diagonal: an entry of P follows from those to its right and below.
   for (Eigen::Index i = R_.cols() - 1; i >= 0; --i) {
     for (Eigen::Index j = width_ - 1; j >= 0; --j) {

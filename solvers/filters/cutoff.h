@@ -18,9 +18,9 @@ struct LowPass {
   std::function<double(double frequency_hz, double cutoff_hz)> gain;
 };
 
-// By the residual R(f): the root mean square, over all columns, of the part of
-// the values that a cut-off f removes. The candidates f are every hundredth of
-// the rate up to 0.45 of it.
+// By the residual R(f): the root mean square over time of the part of the
+// values that a cut-off f removes, the columns taken as one vector. The
+// candidates f are every hundredth of the rate up to 0.45 of it.
 // - kWinter (Biomechanics and Motor Control of Human Movement, 4th ed., section
 //   3.4.4.3, without its choice by eye): where only noise is removed, R is a
 //   straight line over f. The line is fitted from one quarter to 0.45 of the

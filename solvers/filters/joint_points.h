@@ -24,7 +24,8 @@ struct JointPoint {
 // Points of one person. A joint has a point in a frame if two or more of the
 // frame's own views support it: views that the tracker's epipolar filter kept
 // (kDlt), or that have at least kInlierWeight in the robust triangulation
-// (kRobust). Views of older frames are not used.
+// (kRobust). The positions of kDlt are those of the initial pose, to which
+// older views within the age limit also contribute.
 //
 // Sigmas (PixelSigma) refer to the depth of the person's last initial pose.
 class JointPoints {

@@ -22,7 +22,7 @@ void OfflineFilterOptions::Describe(OptionVisitor& visitor) {
 
 void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("loss_scale", &loss_scale, Positive(), "sigmas",
-                 "residual from which the loss downweights a view");
+                 "scale of the robust loss, as a residual");
 }
 
 void CentredGaussianOptions::Describe(OptionVisitor& visitor) {

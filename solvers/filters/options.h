@@ -123,7 +123,7 @@ struct SavitzkyGolayOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// Options of all curves that balance misfit against roughness.
+// Options of the curves of smoothing_spline, quintic_spline and whittaker.
 struct SmoothingSplineOptions {
   CutoffChoice choice = CutoffChoice::kGcv;
   double cutoff_hz = 4.0;  // amplitude halved; choice "cutoff"

@@ -62,10 +62,10 @@ class Assembler {
 // the same, but a robust loss reduces weights only at larger residuals.
 inline constexpr double kLearntWidening = 1.25;
 
-// Standard deviation of one coordinate of a detected joint [px]. It scales with
-// the person's size in the image, focal_px / depth_m, because detectors work on
-// a person's crop; `depth_m` > 0 is that of the initial pose, so that the sigma
-// is constant during a solve.
+// Standard deviation of one coordinate of a detected joint [px], at least
+// GraphOptions::min_sigma_px. It scales with the person's size in the image,
+// focal_px / depth_m, because detectors work on a person's crop; `depth_m` > 0
+// is that of the initial pose, so that the sigma is constant during a solve.
 double PixelSigma(const GraphOptions& options, JointClass joint_class,
                   double confidence, double depth_m, double focal_px);
 

@@ -25,7 +25,7 @@ void DescribeLoss(GraphOptions* options, OptionVisitor& visitor) {
   visitor.Choice("loss", &options->loss, LossNames(),
                  "robust loss of the reprojections");
   visitor.Number("loss_scale", &options->loss_scale, Positive(), "sigmas",
-                 "residual from which the loss downweights an observation");
+                 "scale of the robust loss, as a residual");
 }
 
 void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {

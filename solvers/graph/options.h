@@ -28,7 +28,8 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
 
 // The solver of the final estimate; both minimise the same cost.
 enum class GraphSolver {
-  kCeres,  // one Ceres problem per person with all factors
+  // One Ceres problem with all factors of a person, per window or chunk.
+  kCeres,
   // Block-tridiagonal elimination, with conjugate gradients for bones.
   kBlockTridiagonal,
 };

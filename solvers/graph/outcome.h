@@ -58,13 +58,13 @@ struct KnownBone {
 
 // Marks joints as missing whose position is too uncertain. A joint is unsure
 // when its reported standard deviation, along the worst direction, exceeds half
-// the length of its longest bone (for joints of the face and joints without a
-// known bone: of the body's longest bone). An unsure joint is kept if bones
-// whose estimated length differs from the known length by at most half of it
-// connect the joint to a sure joint or to most of the body. A joint without a
-// covariance is kept, and so is every joint if no bone is known. Called once
-// per pose, after WriteJoint, so that every output of a track (JSON, TRC, BVH,
-// glTF, the HTML page) is consistent.
+// the length of its longest bone or, if that is unknown or (as in the face)
+// less than a third of the body's longest bone, half of the latter. An unsure
+// joint is kept if bones whose estimated length differs from the known length
+// by at most half of it connect the joint to a sure joint or to most of the
+// body. A joint without a covariance is kept, and so is every joint if no bone
+// is known. Called once per pose, after WriteJoint, so that every output of a
+// track (JSON, TRC, BVH, glTF, the HTML page) is consistent.
 void DropUnsureJoints(const std::vector<KnownBone>& bones, PersonPose* pose);
 
 }  // namespace kinegraph

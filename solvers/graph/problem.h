@@ -113,10 +113,10 @@ struct StatePrior {
   Matrix6d A_stated = Matrix6d::Identity();
 };
 
-// Prior of a joint before any measurement: around `centre` [m], with a velocity
-// typical of walking or running. A constant-velocity chain is rank-deficient
-// without it; with it every problem has full rank, whatever was measured.
-// Sigmas > 0.
+// Prior of a joint before any measurement: around `centre` [m] and at rest;
+// `sigma_mps` permits walking and running. A constant-velocity chain is
+// rank-deficient without it; with it every problem has full rank, whatever was
+// measured. Sigmas > 0.
 StatePrior BirthPrior(const Eigen::Vector3d& centre, double sigma_m,
                       double sigma_mps);
 

@@ -59,8 +59,9 @@ class BiasJoints {
   // One per name.
   const std::vector<JointClass>& classes() const { return classes_; }
 
-  // The stance from shoulders and hips; nullopt if `at` lacks any of the four
-  // joints or they do not determine the axes of the trunk.
+  // The stance from shoulders and hips, for the head also from the ears;
+  // nullopt if `at` lacks a shoulder or hip or they do not determine the axes
+  // of the trunk.
   using PositionOf =
       std::function<std::optional<Eigen::Vector3d>(int joint_idx)>;
   std::optional<BodyStance> StanceOf(const PositionOf& at) const;

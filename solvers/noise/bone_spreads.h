@@ -26,6 +26,7 @@ struct BoneEstimate {
   // Standard deviation of the length over time, without the detector's noise.
   double spread_m = 0.0;
   double spread_bound_m = 0.0;  // upper bound: plus one standard error
+  // Number of frames over which the solver averages a joint (ConstraintOf).
   double averaged_frames = 1.0;
   // The length varies too much to be useful; the bone is left out.
   bool gives_way = false;

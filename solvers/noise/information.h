@@ -51,7 +51,7 @@ inline constexpr double kLagShare = 0.25;
 // H (1 - H) applied to both spectra.
 struct Leftover {
   double divisor = 1.0;      // InformationDivisor
-  double independent = 0.0;  // values per frame, three axes together
+  double independent = 0.0;  // independent values per frame, over three axes
   // Variances per axis of the noise, and of the lag if it is as the prior
   // predicts. Lag above the crossover cannot be distinguished from noise, so
   // its decay there is assumed to be that of white jerk, q / w^6, because

@@ -15,8 +15,9 @@
 
 namespace kinegraph {
 
-// Reuses work space between calls; use one per person. A solve has three steps,
-// starting from the states left by DLT or an earlier solve:
+// Reuses work space between calls, so it must not be shared between threads. A
+// solve has three steps, starting from the states left by DLT or an earlier
+// solve:
 //   SolveJoints  finds the basin, joint by joint: the stages of graduated
 //                non-convexity, by block-tridiagonal elimination
 //   SolveBones   runs the last stage with bones and PersonProblem::prior

@@ -70,8 +70,8 @@ struct RigView {
 
 // kCalibrated: all views of the detections are accurate, likely_right is at
 // least 0.8, and the recording does not contradict stated focal lengths.
-// kPartly: at least two views are accurate, possibly only without contradicted
-// focal lengths. kRefused: fewer are.
+// kPartly: at least two views are accurate; if the recording contradicts stated
+// focal lengths, in the fit without them. kRefused: fewer are.
 enum class RigVerdict { kCalibrated, kPartly, kRefused };
 const char* ToString(RigVerdict verdict);
 

@@ -172,9 +172,9 @@ class Joiner {
     return in_rig;
   }
 
-  // Logarithms of the length of the edge's baseline in the rig, one per joint:
-  // depth in view a according to the rig divided by the depth according to the
-  // edge.
+  // Logarithms of the length of the edge's baseline in the rig, one per joint,
+  // frame and known pair: the depth in view a according to the rig divided by
+  // the depth according to the edge.
   std::vector<double> LengthsByDepth(const PairFit& edge) const {
     std::vector<double> lengths;
     for (const TrackletMatch& match : edge.matches) {

@@ -15,7 +15,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kGapS = 0.4;    // longest gap in a tracklet, or
-constexpr int kGapFrames = 4;    // this many frames at low frame rates
+constexpr int kGapFrames = 4;    // this many frame intervals, if longer
 constexpr double kLeastS = 1.0;  // minimum duration of a tracklet
 constexpr int kLeastDetections = 10;
 // Minimum numbers of joints in a detection, and of joints common to two frames;
@@ -206,7 +206,7 @@ class Follower {
 constexpr double kSamplesPerSecond = 12.5;
 constexpr double kHighPassS = 0.8;  // half the window of the high-pass filter
 
-// Mean of the finite samples among k - reach .. k + reach.
+// Mean of the finite samples among k - reach .. k + reach; 0 if there are none.
 Eigen::MatrixXf MovingMean(const Eigen::MatrixXf& values, int reach) {
   Eigen::MatrixXf mean(values.rows(), values.cols());
   for (Eigen::Index r = 0; r < values.rows(); ++r) {

@@ -184,8 +184,9 @@ class PairSearch {
     // A person who walks in circles at a constant speed looks, some strides
     // later, like a person seen from another direction. Many wrong lags then
     // explain one person equally well, and at the right lag, which explains all
-    // people, the motions may be less similar than at the wrong ones. If the
-    // best explanation has a rival, the other local maxima are searched too.
+    // people, the motions may be less similar than at the wrong ones. If a
+    // rival explains nearly as much as the best explanation, the other local
+    // maxima are searched too.
     pair.evidence = BestOf(found).score;
     pair.rival = RivalTo(BestOf(found), found);
     if (pair.is_undecided()) TryLags(lags.others, &found);

@@ -32,7 +32,7 @@ struct PairFit {
   int lag = 0;  // frame k of view a is simultaneous with k + lag of view b
   RelativePose pose;
   std::vector<TrackletMatch> matches;
-  // Sum over the matches of duration [s] times gain minus chance: the gain on
+  // Sum over the matches of duration [s] times (gain - chance): the gain on
   // joints and frames that were held out of the fit, minus the gain that
   // unrelated joints have by chance.
   double evidence = 0.0;

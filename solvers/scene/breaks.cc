@@ -400,8 +400,8 @@ DetectionSequence SideOf(const DetectionSequence& detections, size_t from,
   return part;
 }
 
-// Whether a lag makes the worse side as good as the other. If so, images were
-// lost, which is examined later.
+// Whether a lag makes the worse side nearly as good as the other. If so, images
+// were lost, which is examined later.
 bool IsLag(const SetUp& set_up, const CameraBreak& found, int worse) {
   constexpr double kNearly = 0.05;  // of agreement
   const auto ideal_of = [&](int side) {

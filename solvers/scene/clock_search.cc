@@ -100,7 +100,8 @@ class LagSearch {
   // their current lags, the largest gain first: their effect on the agreement
   // of all views may be small.
   std::vector<int> LagsOfFew() const {
-    // Each pair of views is compared before and after, in both directions.
+    // Each pair of views is compared four times: with the old and the new lag
+    // of either view.
     const std::vector<int> frames = FramesToLookAt(ideal_, kFramesToJudge, 4);
     std::vector<int> lags(views_, 0);
     for (size_t found = 0; 2 * (found + 1) < views_; ++found) {

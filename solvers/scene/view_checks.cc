@@ -134,8 +134,8 @@ std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
 
 // ---- Sides ----
 
-// The agreement of all pairs of views, with and without exchanging left and
-// right in one of the two.
+// The agreement of the compared pairs of views (ComparedPairs), with and
+// without exchanging left and right in one of the two.
 class SidesTable {
  public:
   SidesTable(const CameraRig& cameras, const std::vector<ViewPeople>& people,
@@ -332,7 +332,7 @@ std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits,
 }
 
 // Replaces `best` if the candidate increases the agreement of its view with the
-// others more.
+// others enough (AgreementGain::is_enough) and more than `best` does.
 void KeepBetter(const SetUp& set_up, const PairAgreement& before,
                 OtherImage image, std::optional<OtherImage>* best) {
   const Camera camera = image.Seen(set_up.cameras[image.view]);

@@ -40,8 +40,8 @@ CameraRig OnGround(const CameraRig& cameras, const Ground& ground);
 // Rotates the covariance of a record's camera centres into the new world.
 void TurnRecord(const Ground& ground, RefinementRecord* record);
 
-// Options for a quick run with the cameras as they are: the paper's estimator,
-// one pass, no linking of identities.
+// Options for a quick run with the cameras as they are: paper mode, one pass,
+// no linking of identities.
 RunOptions QuickOptions(RunOptions options);
 
 // GroundOf of the recording, tracked once with QuickOptions. Throws what

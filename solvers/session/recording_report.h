@@ -29,7 +29,8 @@ struct CameraReport {
   std::string camera;
   int64_t detections = 0;  // detections with enough joints
   int64_t matched = 0;     // of these, detections of written people
-  int64_t joints = 0;  // joints of all matched detections with a 3D position
+  // Found joints of the matched detections that have a position in the pose.
+  int64_t joints = 0;
   // Distance [px] of matched joints from the projections of the poses.
   double median_px = 0.0;
   double p90_px = 0.0;

@@ -23,7 +23,8 @@ struct RecordingFacts {
   // Greatest speed covered by gates in metres; 0: gates in other units, or
   // association predicts motion.
   double followed_mps = 0.0;
-  std::vector<double> holes_s;  // frame intervals longer than kHole, in order
+  // Frame intervals longer than kHole (solvers/scene/plausible.h), in order.
+  std::vector<double> holes_s;
   // Number of times the clock stopped or stepped back.
   int64_t steps_back = 0;
   // Number of frames without detections in any view.
@@ -72,10 +73,11 @@ double TypicalHeight(const std::vector<PersonReport>& people);
 std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
 // Adds the significant findings of the doctor (made without
-// DoctorInput::match, so without examinations that need matches) and warnings
-// of implausible results of the run. If a finding of confidence above 0.5 has a
-// fix other than a full run of the doctor, RecordingReport::cameras_off and the
-// warnings whose only fix is such a run are omitted.
+// DoctorInput::match, so without examinations that need matches), warnings of
+// implausible results of the run, and one warning for each of
+// RecordingReport::cameras_off. If a finding of confidence above 0.5 has a fix
+// other than a full run of the doctor, the warnings for cameras_off and those
+// of implausible results whose only fix is such a run are omitted.
 void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
                  RecordingReport* report);
 

@@ -1,5 +1,5 @@
-// Whole tracking runs over detections that can be read more than once; used by
-// every command that tracks.
+// Whole tracking runs over detections in files, in memory or in a stream; used
+// by every command that tracks.
 #ifndef KINEGRAPH_SOLVERS_SESSION_RUN_H_
 #define KINEGRAPH_SOLVERS_SESSION_RUN_H_
 
@@ -55,8 +55,8 @@ class UsedFrames {
   DetectionFrame current_;
 };
 
-// Passes the frames of `source`, up to the last requested one, to `session` and
-// finishes it; `write` receives the finished frames in order.
+// Passes the frames of `source`, up to the end of RunRequest::frames, to
+// `session` and finishes it; `write` receives the finished frames in order.
 void TrackAll(DetectionSource* source, Session* session,
               const std::function<void(TrackFrame&&)>& write);
 

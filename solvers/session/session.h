@@ -104,7 +104,8 @@ class Session {
   // Whether `frame` and all later frames are outside RunRequest::frames.
   bool IsPastEnd(int64_t frame) const;
   // Returns the remaining frames. Process must not be called afterwards. Throws
-  // InputError for an invalid correction.
+  // InputError for an invalid correction, and std::runtime_error if `reopen`
+  // does not provide the same frames again.
   std::vector<TrackFrame> Finish();
 
   // Counts of the frames returned so far.

@@ -34,7 +34,8 @@ class Limbs {
   static constexpr size_t kCount = kSided + 1;
   // Length relative to the stature.
   static double ShareOf(size_t limb);
-  // A stature is estimated if the shares of the observed limbs exceed this sum.
+  // A stature is estimated if the sum of the observed limbs' shares exceeds
+  // this.
   static constexpr double kLeastShare = 0.4;
 
   explicit Limbs(const Skeleton& skeleton);
@@ -62,11 +63,11 @@ class Limbs {
 // subjects (of at most 30 in which two views show any): the median stature of
 // people, estimated from their limbs, or the median size of other subjects,
 // estimated from the distances between their joints. The scale is 1 for people
-// between 0.5 and 2.3 m and for subjects that cannot be measured. It is final
-// at the latest 10 s, or 30 frames if these last longer, after the first frame
-// in which two views show a subject; a non-human subject that could not be
-// measured by then is forgotten, because it may have been a wrong detection,
-// and the next one is awaited.
+// between 0.5 and 2.3 m, for people measured fewer than ten times and for
+// subjects that cannot be measured. It is final at the latest 10 s, or 30
+// frames if these last longer, after the first frame in which two views show a
+// subject; a non-human subject that could not be measured by then is forgotten,
+// because it may have been a wrong detection, and the next one is awaited.
 class SubjectGauge {
  public:
   // `cameras`: one per view of the frames. `stated_m`: the known size, or 0 if

@@ -216,8 +216,7 @@ class WindowEstimator final : public Estimator {
   // End of the frames that are old enough to be final.
   size_t DueEnd() const {
     // No frame waits for longer than the lag, including those waiting for the
-    // next solve. Half a millisecond of tolerance: times are rounded to
-    // nanoseconds.
+    // next solve. Half a millisecond is a tolerance for rounded times.
     const double next_s =
         static_cast<double>(solve_every_ - 1) / scene_.frame_rate_hz;
     const TimeNs lag = FromSeconds(options_.lag_s - next_s - 5e-4);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The adapters: rejected inputs, their messages, and a user's own reader.
+"""The adapters: unusual and rejected inputs, messages, and a user's own reader.
 
 Needs KINEGRAPH_APPS (build/apps) and KINEGRAPH_SOURCE; without h5py, pandas or SciPy
 it prints SKIPPED.

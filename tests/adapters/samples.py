@@ -4,7 +4,7 @@ write them: samples.py FOLDER
 In files of SLEAP and DeepLabCut, point n of animal t in frame f of view v is at
 x = 1 + 100 v + 10 t + n + f / 8, y = 2 x (never at (0, 0), which means missing); its
 score is 1 / (1 + n). Animal 1 is absent before frame 2, and node 1 of SLEAP's track 0
-is missing in frame 3.
+is missing in frame 3. In dlc_seeds/s1 every x is larger by 1 / 8.
 """
 
 import json

@@ -1,4 +1,4 @@
-// The demo with its default options.
+// The program kinegraph-demo: its table, its files and its errors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

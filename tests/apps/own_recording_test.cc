@@ -116,9 +116,8 @@ void MakeOwnRecording(const OwnRecording& recording,
       &lost_fields);
 }
 
-// Overrides that a user might write: gates in pixels by the rule of
-// configs/paper/pose2sim.toml, the paper's values scaled by focal length over
-// distance, relative to 310 px/m on Shelf.
+// Overrides that a user might write: gates in pixels, the paper's values for
+// Shelf scaled by focal length over distance, which is 310 px/m on Shelf.
 std::string HandMadeKeys(const OwnRecording& recording) {
   const double scale = recording.focal_px / recording.radius_m() / 310.0;
   return "gates.units=pixels;association.alpha_2d=" + Text(70 * scale) +

@@ -1,4 +1,5 @@
-// The output of `track`: a result with all its side files, or nothing.
+// The output of `track`: a result with all its side files, or nothing; of a
+// stream, the frames before an error.
 #include <fcntl.h>  // open
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@ function(run)
     OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
     list(JOIN ARGN " " command)
-    message(FATAL_ERROR "${command}\nfound exit ${result}:\n${output}")
+    message(FATAL_ERROR "${command}\nended with ${result}:\n${output}")
   endif()
 endfunction()
 

@@ -112,8 +112,9 @@ def check_sources(sources):
 
 
 def check_builds():
-    """Debian's libceres is built without wide vectors. Eigen aligns differently
-    with them: memory handed across the boundary is then freed wrongly."""
+    """No build file may select wide vectors: Debian's libceres is built without
+    them, and Eigen aligns differently with them, so that memory handed across
+    the boundary would be freed wrongly."""
     files = [ROOT / "CMakeLists.txt", ROOT / "CMakePresets.json",
              ROOT / "kinegraph"]
     for top in ["cmake", "core", "solvers", "apps"]:

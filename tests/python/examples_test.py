@@ -40,7 +40,7 @@ class Examples(unittest.TestCase):
         with open(path, "rb") as file:
             content = file.read()
         self.assertEqual(content[:8], b"\x89PNG\r\n\x1a\n", path)
-        # An empty plot of that size has about 3 kB.
+        # A plot without data, of the examples' size, has about 3 kB.
         self.assertGreater(len(content), 8000, path)
 
     def test_every_example_is_run_here(self):

@@ -14,8 +14,9 @@
 
 namespace kinegraph::testing {
 
-// Calls `visit` for all of a person's factors except PersonProblem::prior and
-// PersonProblem::user; false if a call returned false.
+// Calls `visit` for all of a person's factors except PersonProblem::user and
+// PersonProblem::prior, which replaces the priors of the joints; false if a
+// call returned false.
 template <typename Visit>
 bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
                    const Visit& visit) {

@@ -370,7 +370,8 @@ void RequireExtent(const std::vector<PointPair>& pairs) {
   if (pairs.size() >= kLeastPoints && second_m >= kLeastM) return;
   throw InputError(fmt::format(
       "the common joints are too small a body to register: {} points within "
-      "{:.0f} mm of a line; more joints (--joints), or --align=clock or none",
+      "{:.0f} mm (RMS) of a line; more joints (--joints), or --align=clock or "
+      "none",
       pairs.size(), pairs.empty() ? 0.0 : 1000.0 * second_m));
 }
 
@@ -382,8 +383,8 @@ class MirroredAxes : public InputError {
 
 WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
                   const ClockFit& clock, const std::vector<bool>& use) {
-  // Ratio of median residuals below which the mirror image counts as the true
-  // one.
+  // Ratio of the mirror image's median residual to that of the rotation below
+  // which an axis counts as mirrored.
   constexpr double kFarBetter = 0.5;
   constexpr double kBadM = 0.04;  // median residual that calls for this test
   const std::vector<PointPair> pairs = PointPairs(truth, tracks, clock, use);

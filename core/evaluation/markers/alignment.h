@@ -87,11 +87,11 @@ struct AlignRequest {
 
 // The clocks are aligned by the speeds of the common body joints
 // (CommonBodyJoints), which do not depend on the world's orientation: by their
-// correlation at any shift (for long recordings, any within a bound on the
-// computing time), then by robust least squares. The uncertainty
-// follows from the variation of the gradient between seconds and between
-// joints. The worlds are aligned by a rigid motion: least squares with Huber's
-// loss at one and a half median residuals.
+// correlation at any shift (in long recordings, up to a shift that bounds the
+// computing time), then by robust least squares. The uncertainty follows from
+// the variation of the gradient between seconds and between joints. The worlds
+// are aligned by a rigid motion: least squares with Huber's loss at one and a
+// half median residuals.
 //
 // `truth` has one person. `is_centre`, one per joint of the truth: whether
 // markers enclose the joint's centre; the world is fitted to these joints if at

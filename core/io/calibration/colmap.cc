@@ -126,8 +126,8 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
         "' is not supported, expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, "
         "RADIAL, OPENCV, FULL_OPENCV, SIMPLE_FISHEYE, FISHEYE, "
         "SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE or OPENCV_FISHEYE "
-        "(COLMAP's model_converter and image_undistorter convert other "
-        "models into these)");
+        "(COLMAP's image_undistorter makes PINHOLE models and images of other "
+        "models)");
   }
   const auto count =
       static_cast<size_t>(model->focal_lengths + 2 + model->coefficients);
@@ -276,7 +276,7 @@ std::string ImageLines(const Camera& camera, size_t id) {
 CalibrationFile ReadColmap(const CalibrationHead& head) {
   if (!head.is_folder && !IsModelName(head.path)) {
     throw InputError(head.path, "",
-                     "is neither cameras.txt or images.txt nor their folder");
+                     "expected cameras.txt, images.txt or their folder");
   }
   const fs::path path_given = head.path;
   const fs::path folder =

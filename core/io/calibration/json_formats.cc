@@ -51,7 +51,8 @@ bool HasOthersCameras(const CalibrationHead& head) {
 //    "refinement": {...}}
 // "model" is "pinhole" (no coefficients), "opencv5" or "opencv_fisheye" (k1 k2
 // k3 k4). "refinement" (optional) records how cameras were changed
-// (refinement_record.h).
+// (refinement_record.h). A file beside tracks also names them, by the key
+// kFingerprintKey (side_files.h).
 
 Json CameraJson(const Camera& camera) {
   const bool has_lens = camera.lens() != nullptr;

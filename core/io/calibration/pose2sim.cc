@@ -1,11 +1,12 @@
 // TOML of Pose2Sim, Anipose, FreeMoCap and Caliscope, one table per camera:
-// name, size [w, h], matrix 3x3 px, distortions [k1, k2, p1, p2(, k3)],
-// rotation (Rodrigues vector or 3x3, cam_from_world), translation. The table
-// "metadata" is not a camera. Lengths are metres in Pose2Sim's and Caliscope's
-// files; in Anipose's and FreeMoCap's they have the unit of the calibration
-// board. Without cameras.unit they are read as millimetres if FreeMoCap's
-// metadata, or a board.toml beside one of the session's files named below,
-// specifies squares with sides above 1, otherwise as metres.
+// name, size [w, h], matrix 3x3 px, distortions [k1, k2, p1, p2(, k3)] or, with
+// fisheye = true, [k1, k2, k3, k4], rotation (Rodrigues vector or 3x3,
+// cam_from_world), translation. The table "metadata" is not a camera. Lengths
+// are metres in Pose2Sim's and Caliscope's files; in Anipose's and FreeMoCap's
+// they have the unit of the calibration board. Without cameras.unit they are
+// read as millimetres if FreeMoCap's metadata, or a board.toml beside one of
+// the session's files named below, specifies squares with sides above 1,
+// otherwise as metres.
 //
 // Caliscope's camera_array.toml has the cameras in the table "cameras"; its
 // config.toml has them at the top level, beside the tables of the board and of

@@ -22,7 +22,7 @@ inline bool HasSize(const Camera& camera) {
 void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields);
 
 // For formats without skew: CheckSkew throws InputError naming the camera if
-// its skew exceeds 0.01 px, which may be rounding; NoteSkew notes the largest
+// its skew exceeds 0.01 px (less may be rounding); NoteSkew notes the largest
 // skew that is omitted.
 void CheckSkew(const Camera& camera);
 void NoteSkew(const CameraRig& cameras, LostFields* lost_fields);

@@ -174,8 +174,8 @@ CalibrationFile ReadQualisys(const CalibrationHead& head) {
 // far too large for this are OpenCV's, without unit: other programs write and
 // read such files.
 //
-// The last key frame is used, as it is the newest. Marker cameras are skipped
-// if others have video.
+// The last key frame is used, as it is the newest. Cameras without a key frame
+// are skipped, and marker cameras if others have video.
 
 namespace {
 

@@ -182,7 +182,7 @@ EasymocapFiles FindEasymocapFiles(const fs::path& path) {
     }
   }
   if (folder) {
-    throw InputError(path.string(), "", "has no intri.yml");
+    throw InputError(path.string(), "", "has no intri.yml or intri.yaml");
   }
   return {path, path};  // one file with the content of both
 }

@@ -462,7 +462,7 @@ class ConfigFile::Reader : public OptionVisitor {
     if (setting.text != nullptr) {
       const std::string& text = *setting.text;
       if (text.size() < 2 || text.front() != '[' || text.back() != ']') {
-        setting.Fail(expected + " such as [a, b]");
+        setting.Fail(expected + " in brackets: [a, b]");
       }
       const std::string inside = Trimmed(text.substr(1, text.size() - 2));
       if (inside.empty()) return true;

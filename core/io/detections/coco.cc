@@ -1,6 +1,6 @@
-// JSON of keypoints: COCO results and MMPose predictions, one file per view,
-// and COCO annotations, one file for all views. Frames may be in any order, so
-// a file is read as a whole.
+// JSON of keypoints: COCO results and MMPose predictions, one file per view
+// (MMPose also one folder per view), and COCO annotations, one file for all
+// views. Frames may be in any order, so a file is read as a whole.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,8 +34,8 @@ namespace {
 
 constexpr const char* kKeypoints = "keypoints";
 
-// If no file specifies the skeleton, the first person's number of joints
-// determines it.
+// If neither the options nor a file specify the skeleton, the first person's
+// number of joints determines it.
 void SettleSkeletonByCount(size_t joint_count, DetectionCollector* collector) {
   if (collector->has_skeleton()) return;
   collector->set_skeleton(*DetectorSkeletons(joint_count, kKeypoints).front());
@@ -302,7 +302,9 @@ Image ReadImage(const JsonObject& object) {
   image.view = TextOf(object, {"camera", "view", "camera_id", "cam_id"})
                    .value_or(FolderOfImage(file_name));
   if (image.view.empty()) {
-    throw InputError("expected the key 'camera', or a folder in file_name");
+    throw InputError(
+        "expected the key 'camera', 'view', 'camera_id' or 'cam_id', or a "
+        "folder in file_name");
   }
   JsonValue frame;
   for (const char* key : {"frame_id", "frame"}) {

@@ -1,6 +1,6 @@
 // The table of 2D detection formats. Recognition, the key detections.format,
-// `convert --formats` with its flags and `synthesize --format` are derived from
-// it. A new format requires its functions and two lines in format.cc.
+// `convert` (--formats, --from, --to, --image_size) and `synthesize --format`
+// use it. A new format requires its functions and two lines in format.cc.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_FORMAT_H_
 

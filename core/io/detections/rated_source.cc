@@ -63,7 +63,8 @@ int64_t AddOwnViews(const FrameClock& clock, const std::vector<size_t>& own,
     // Tolerance of 1 us: files round their times.
     if (std::abs(frame.time - clock.TimeOf(frame.frame)) > FromSeconds(1e-6)) {
       throw InputError(
-          "input.view_frame_rate: frame " + std::to_string(frame.frame) +
+          "input.view_frame_rate, input.view_frame_offset: frame " +
+          std::to_string(frame.frame) +
           " has its own time; a file with times must specify those of "
           "individual views by view_times");
     }

@@ -16,7 +16,8 @@ constexpr size_t kMaxPeople = 4000;
 constexpr int kMinJoints = 8;
 constexpr size_t kMinBones = 4;
 
-// Bones of arms, legs and trunk, which every body layout has.
+// Bones of arms, legs and trunk, which every human layout has; empty for other
+// layouts.
 std::vector<Bone> BonesOf(const Skeleton& skeleton) {
   if (!IsHuman(skeleton)) return {};
   std::vector<std::pair<std::string, std::string>> names = {

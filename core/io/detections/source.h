@@ -51,7 +51,7 @@ struct DetectionReadOptions {
   // Views with mirrored images: "x1279" maps x to 1279 - x, "y719" y to 719 - y
   // [px].
   std::map<std::string, std::string> mirror_px;
-  // First frame number for files without numbers (FreeMoCap).
+  // First frame number for files without numbers (FreeMoCap, SLEAP).
   int64_t first_frame = 0;
   // Association compares all people and all joints. Input beyond these limits
   // would take minutes per frame and is rejected.

@@ -88,9 +88,9 @@ int64_t FrameOfCell(const std::string& cell) {
 // ---- DeepLabCut ----
 // DeepLabCut's predictions (and Lightning Pose's), CSV or HDF5, one file per
 // view: one column per coordinate, named by individual (only with several
-// animals or people), bodypart and coord. A folder with one such folder per
-// detector (for example two seeds of Lightning Pose) is one recording, in which
-// the detectors are fused.
+// animals or people), bodypart and coord. A folder that has a folder of such
+// files per detector (for example two seeds of Lightning Pose) is one
+// recording, in which the detectors are fused.
 
 // ---- Columns ----
 
@@ -343,7 +343,8 @@ std::unique_ptr<DetectionSource> OpenDeepLabCutH5(
 // ---- MediaPipe ----
 // MediaPipe's landmarks as a table in pixels, one file per view:
 // "frame,NAME_x,NAME_y,NAME_visibility,...", one row per frame, or per frame
-// and person. Joints may have the names of any skeleton, in any spelling.
+// and person. Joints may have the names of any skeleton, in any spelling. The
+// confidence may also be NAME_confidence or NAME_score, or missing (then 1).
 
 namespace {
 
@@ -382,7 +383,9 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
                          static_cast<std::ptrdiff_t>(j));
   }
   if (columns.frame < 0 || columns.joints.empty()) {
-    throw InputError("expected columns frame, NAME_x, NAME_y, NAME_visibility");
+    throw InputError(
+        "expected columns frame, NAME_x, NAME_y and optionally NAME_visibility "
+        "(or NAME_confidence, NAME_score)");
   }
   for (size_t j = 0; j < columns.joints.size(); ++j) {
     if (columns.joints[j].x < 0 || columns.joints[j].y < 0) {

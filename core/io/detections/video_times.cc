@@ -38,7 +38,8 @@ std::vector<double> ReadVideoTimes(const std::string& path) {
     const auto time_s = ParseNumber<double>(cells.front());
     const bool is_shown =
         cells.size() > 1 && cells[1].find('D') == std::string::npos;
-    // ffprobe rounds to microseconds.
+    // Times before the start of playback are negative; ffprobe rounds to
+    // microseconds.
     if (is_shown && time_s.has_value() && *time_s > -1e-6) {
       times_s.push_back(*time_s);
     }

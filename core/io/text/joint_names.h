@@ -21,8 +21,8 @@ std::string JointNameOf(const std::string& label);
 // the same joint, the most exact one gets its name and the others keep separate
 // names: "left_ankle" and "left_foot" become l_ankle and l_foot, but "left_hip"
 // and "left_foot" become l_hip and l_ankle. Inexact labels are not translated
-// if no label is exact, as for markers ("HEAD", "C7", "LTOE"), and for animals
-// (IsAnimalPart).
+// for animals (IsAnimalPart), nor if no label is exact, as for markers ("HEAD",
+// "C7", "LTOE").
 std::vector<std::string> OurJointNames(const std::vector<std::string>& labels);
 
 // MediaPipe's name for kinegraph's: "left_shoulder" for l_shoulder,

@@ -30,7 +30,7 @@ class XmlElement {
   // Attributes. Text, Number and Numbers throw InputError if the attribute is
   // absent; Number, NumberOr and Numbers throw it for anything but finite
   // numbers. Numbers() requires exactly `count` numbers separated by spaces and
-  // skips a leading text (Vicon's "ViconRadial2 0 0 ...").
+  // skips a leading name (Vicon's "ViconRadial2 0 0 ...").
   std::optional<std::string> FindText(const std::string& attribute) const;
   std::string Text(const std::string& attribute) const;
   double Number(const std::string& attribute) const;

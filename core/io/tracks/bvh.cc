@@ -435,7 +435,8 @@ class BvhWriter {
     size_t count = 0;
   };
 
-  // Rotations require bones; points alone cannot be represented.
+  // Rotations require bones; several points without bones cannot be
+  // represented.
   void RequireBones() const {
     const bool has_bones =
         std::any_of(tree_.begin() + 1, tree_.end(), [](const TreeJoint& joint) {

@@ -37,7 +37,8 @@ SegmentSequence ReadSegments(const std::string& path,
 // Reads force plates of types 1 to 4 (c3d.org's user guide); other types are
 // ignored. Positions are in the world as ReadTracks() returns it without
 // TrackReadOptions::axes; the unit of the channels must be the newton. Throws
-// InputError naming the file if it has no such plates or lacks their channels.
+// InputError naming the file if it has no such plates, lacks their channels or
+// does not specify its frame rate.
 std::vector<ForcePlate> ReadForcePlates(const std::string& path);
 
 }  // namespace kinegraph

@@ -89,8 +89,8 @@ class C3dValues {
   }
   // Size of the first dimension, which varies fastest; 0 if absent.
   size_t RowLength(const std::string& name) const;
-  // The texts, including those of NAME2, NAME3, ..., without trailing spaces;
-  // empty for numbers. Texts that are not UTF-8 are read as Latin-1.
+  // The texts, including those of NAME2, NAME3, ..., without trailing spaces
+  // and NULs; empty for numbers. Texts that are not UTF-8 are read as Latin-1.
   std::vector<std::string> Texts(const std::string& name) const;
 
  private:
@@ -143,7 +143,9 @@ class C3dRange;  // what the file specifies about its range of frames
 class C3dFile {
  public:
   // Throws InputError, which does not name the file, if it is not C3D, is
-  // truncated or contradicts itself about its length.
+  // truncated, contradicts itself about its length, has neither points nor
+  // segments, or has an unknown byte order or unit, no scale or no position of
+  // the points.
   explicit C3dFile(std::string content);
   C3dFile(const C3dFile&) = delete;
   C3dFile& operator=(const C3dFile&) = delete;

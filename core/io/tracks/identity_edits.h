@@ -11,7 +11,8 @@ namespace kinegraph {
 
 // JSON Lines, one edit per line:
 //   {"op": "join", "persons": [3, 7], "frames": [120, 131],
-//    "evidence": {"bones": 6.1, "motion": 2.3, "gap_s": 0.44}, "margin": 8.4}
+//    "evidence": {"bones": 6.1, "motion": 2.3, "other": 4.92, "gap_s": 0.44,
+//                 "bone_difference_m": 0.004}, "margin": 8.4}
 // `op` is join, cut, swap, delete, name (with "name": "Anna") or undecided.
 // Evidence and margin are optional and only informative. The first line may
 // identify the tracks (side_files.h); it is skipped. Throws InputError naming

@@ -210,7 +210,8 @@ class TreeMaker {
       joint->stature_share = part->stature_share;
     } else if (PartOf(ours).rfind("hand_", 0) == 0) {
       joint->rest_direction = {side, 0.0, 0.0};
-      joint->stature_share = 0.018;  // half of the hand has three bones
+      // The three bones of a finger together are half as long as the hand.
+      joint->stature_share = 0.018;
     }
   }
 

@@ -1,5 +1,5 @@
-// Plausibility of tracks in formats that do not specify their unit or their
-// upward axis.
+// Plausibility of tracks: the size of people in formats that do not specify the
+// unit, and whether people stand along the axis that a format shows as up.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_READING_NOTES_H_
 #define KINEGRAPH_CORE_IO_TRACKS_READING_NOTES_H_
 

@@ -30,8 +30,8 @@ namespace {
 // ---- kinegraph's own ----
 //
 // CSV of tracks, one row per joint. Columns are identified by their names;
-// other columns are ignored. Frames may be in any order, but the rows of one
-// person in one frame must be contiguous.
+// other columns are ignored, except `name` by ReadCsvNames. Frames may be in
+// any order, but the rows of one person in one frame must be contiguous.
 
 constexpr std::array<const char*, 15> kColumns = {
     "frame",     "time_s",    "id",        "joint",     "x_m",

@@ -293,7 +293,8 @@ void WriteTrcTracks(const std::string& path, const TrackSequence& tracks,
              {Loss::kInferredAlike, Loss::kCovariances, Loss::kViews},
              lost_fields);
   NoteAddedRows(tracks, rows.size(), "have empty rows", lost_fields);
-  constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;  // 18 digits
+  // Ids in file names are read if they have at most 18 digits.
+  constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;
   NoteRenumbering(tracks, kKeptIds, lost_fields);
 }
 

@@ -22,7 +22,8 @@ struct TrackWriteOptions {
   double within_m = 0.0;
 };
 
-// JSON Lines, one frame per line; numbers are read back as the same bits.
+// JSON Lines: a header, then one frame per line; numbers are read back as the
+// same bits.
 // Commit() makes the file appear; without it, the file is discarded.
 //
 //   TrackWriter writer(path, header);
@@ -30,8 +31,9 @@ struct TrackWriteOptions {
 //   writer.Commit();
 class TrackWriter {
  public:
-  // Throws InputError if the file cannot be created, std::logic_error if
-  // header.config_json is not a JSON object.
+  // Throws InputError if the file cannot be created or the header's frame rate
+  // is out of range, std::logic_error if header.config_json is not a JSON
+  // object.
   TrackWriter(const std::string& path, const TrackHeader& header,
               const TrackWriteOptions& options = {});
   ~TrackWriter();

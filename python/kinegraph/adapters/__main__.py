@@ -9,7 +9,8 @@
 --format=NAME specifies the format of FILE. The user's options are passed as --joints=N
 (of the user's skeleton), --first_frame=N and --frame_rate=HZ. KINEGRAPH_ADAPTERS is a
 folder with programs of the user, which are tried after the adapters listed by --list.
-Exit code 2: the file cannot be read, and one line on standard error gives the reason.
+Exit code 2: wrong usage, or the file cannot be read or written; one line on standard error
+gives the reason.
 """
 
 from __future__ import annotations

@@ -209,8 +209,8 @@ def read_points(table, unused):
     people, times = {}, {}
     if not rows.has(POINT):
         raise Refusal(
-            table, "line 1", "expected columns sync_index, cam_id, keypoint_id, img_loc_x "
-            "and img_loc_y"
+            table, "line 1", "expected columns sync_index, cam_id (or port), keypoint_id "
+            "(or point_id), img_loc_x and img_loc_y"
         )  # fmt: skip
     has_objects, has_times = rows.has({"object_id"}), rows.has({"frame_time"})
     for row in rows:

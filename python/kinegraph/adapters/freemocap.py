@@ -64,7 +64,8 @@ def read(path, options):
         joints = 33 if skeleton == "mediapipe33" else points
     elif joints > points:
         raise Refusal(
-            path, "", f"has {points} points, expected {joints} as in detections.skeleton"
+            path, "", f"has {points} points, expected {joints} or more, as in "
+            "detections.skeleton"
         )
     else:
         skeleton = {"joints": [f"point_{j}" for j in range(joints)]}

@@ -79,7 +79,7 @@ class Sets:
     def texts(self, name):
         found = self.set(name)
         if found.dtype.kind not in "SO" or found.ndim != 1 or found.size > 100_000:
-            self.fail(name, "expected texts")
+            self.fail(name, "expected a list of at most 100,000 texts")
         return [as_text(text) for text in found[()].tolist()]
 
     def attribute(self, name, attribute):

@@ -2,7 +2,7 @@
 session's folder: a dictionary of NumPy arrays intrinsicMat (3x3 px), distortion
 (OpenCV's five), imageSize (height, width), rotation (3x3) and translation (mm),
 x_cam = R X + t. The world frame is the calibration board's. A camera has the name of
-its folder."""
+its folder; one in a file of another name has the name of the file."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """SLEAP's analysis HDF5, one file per view: `tracks` (x, y of each node of each track in
-each frame, NaN if missing), `point_scores`, `node_names` and `edge_inds`. The attribute
-`dims` lists the axes in order; the default is track, xy, node, frame. Frames count from
-0. In a session of sleap-anipose a view is a folder with one such file."""
+each frame, NaN if missing), `point_scores`, `node_names` and `edge_inds` or `edge_names`.
+The attribute `dims` lists the axes in order; the default is track, xy, node, frame. Frames
+count from `first_frame`, by default 0. In a session of sleap-anipose a view is a folder
+with one such file."""
 
 from __future__ import annotations
 

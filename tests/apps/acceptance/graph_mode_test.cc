@@ -1,6 +1,6 @@
 // Graph mode against paper mode on real Shelf detections and on Campus with
-// modelled noise. The numbers in the table [graph] are the defaults in code,
-// which were not chosen on these figures.
+// modelled noise. The configurations leave all numbers of [graph] at their
+// defaults, which were not chosen on these figures.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -193,9 +193,9 @@ TEST_P(GraphOnCampusTest, FindsMorePartsThanPaperMode) {
         ", difference " + std::to_string(difference.low) + " .. " +
         std::to_string(difference.high);
     SCOPED_TRACE(figures);
-    // On clean detections hardly any part is lost. The window omits joints
-    // whose standard deviation exceeds half of their bone; paper mode writes
-    // them.
+    // On clean detections hardly any part is lost, and graph mode omits joints
+    // that paper mode writes: those whose standard deviation exceeds half of
+    // their longest bone. So it must only not be significantly worse.
     if (level == "clean") {
       EXPECT_GE(difference.high, 0.0);
     } else {

@@ -28,7 +28,8 @@ end() {  # SIGNAL NAME
   fi
 }
 
-# The steps and jobs of the node: they were started from this configuration.
+# Kills the steps and jobs of the node, which were started with this
+# configuration.
 kill_jobs() {
   local id
   for id in $(grep -lz "^SLURM_CONF=$SLURM_CONF\$" /proc/[0-9]*/environ \

@@ -195,7 +195,7 @@ void ReplaceStdout(int fd) {
   dup2(fd, STDOUT_FILENO);
 }
 
-// Copies stdout to stderr, which EXPECT_EXIT compares.
+// Redirects stdout to stderr, which EXPECT_EXIT compares.
 void RunWithStdoutShown(const std::vector<std::string>& arguments) {
   ReplaceStdout(STDERR_FILENO);
   RunAndLeave(arguments, [] { std::cout << "walked " << FLAGS_test_threads; });

@@ -117,7 +117,7 @@ TEST_F(StudyCommand, ScoresTunedValuesOnTheRecordingLeftOut) {
     EXPECT_EQ(score["values"].size(), 1u) << name;
     EXPECT_GT(score["held_out_mean_px"], 0.0);
   }
-  // The recommendation is a complete configuration that states on which
+  // The recommendation is a complete configuration that states on how many
   // recordings it was chosen.
   const std::string toml = ContentOf(out + "/recommended.toml");
   EXPECT_THAT(toml, HasSubstr("best over 3 recordings"));

@@ -72,7 +72,8 @@ class EvaluateProgramTest : public CommandTest {
   }
 
   const std::string truth_ = folder_.Write("truth.jsonl", TrackFile(0.0));
-  // 0.6 m off: the lower leg's mean error is 0.3 m of 0.5 m.
+  // The ankle is 0.6 m off: the mean error of the lower leg's ends is 0.3 m, at
+  // a length of 0.5 m.
   const std::string found_ = folder_.Write("found.jsonl", TrackFile(0.6));
 };
 

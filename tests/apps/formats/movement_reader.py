@@ -37,7 +37,7 @@ json.dump(
         "confidence": plain(data.confidence.values.tolist()),
         "status": plain(data.status.values.tolist()),
         "sigma": plain(data.position_sigma.values.tolist()),
-        # What a user does: one joint of one animal, by name.
+        # What a user does: one joint of one individual, by name.
         "chosen": plain(
             data.position.sel(individuals="Anna", keypoints="r_knee")
             .isel(time=10)

@@ -1,7 +1,8 @@
 // Output of kinegraph-convert, read by other programs and compared with the
 // input: three.js in Chromium, SciPy, xarray, COLMAP, Khronos' validator of
-// glTF, and readers of C3D and of Anipose's tables that were written for these
-// tests. Also files of SLEAP and DeepLabCut, read by kinegraph.
+// glTF, and readers of C3D, of Anipose's tables and of COCO's JSON that were
+// written for these tests. Also files of SLEAP and DeepLabCut, read by
+// kinegraph.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -31,7 +31,7 @@ Names Matches(const std::string& text, const std::string& pattern) {
 struct Module {
   Names exported;
   std::map<std::string, Names> imported;  // by the module they come from
-  Names used;  // words that may be names of other modules
+  Names used;  // words that may be names exported by other modules
 };
 
 Module ReadModule(const fs::path& path) {

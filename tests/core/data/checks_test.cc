@@ -17,7 +17,7 @@
 namespace kinegraph {
 namespace {
 
-// Two views of one person each, at 100 s.
+// Two views of the same person, at 100 s.
 struct TwoViews {
   DetectionHeader header;
   DetectionFrame frame;

@@ -93,8 +93,8 @@ TEST(PairFramesTest, OneClockPairsEqualNumbersWithoutNotes) {
   }
 }
 
-// For every measure and ratio of rates: people are compared at equal times
-// only, and frames between the common instants are not misses.
+// For each of these measures and ratios of rates: people are compared at equal
+// times only, and frames between the common instants are not misses.
 TEST(PairFramesTest, MeasuresDoNotDependOnFrameRates) {
   struct Rates {
     double truth_hz;

@@ -1,5 +1,5 @@
-// Declared sizes are checked against the bytes before memory is allocated, and
-// user files are not overwritten.
+// Limits of what is read (sizes are checked against the bytes before memory is
+// allocated), of identities and names, and of the files that may be written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -49,8 +49,8 @@ TEST(FileKind, LaboratoryCalibrationsAreRecognised) {
   }
 }
 
-// The limit of the words examined may fall into a number, for example behind
-// its sign.
+// The first 200 bytes decide whether a text is a table of numbers. They may end
+// within a number, for example after its sign.
 TEST(FileKind, NumbersAreRecognisedWhereverTheExaminedTextEnds) {
   const TemporaryFolder folder;
   for (size_t shift = 0; shift < 8; ++shift) {

@@ -141,7 +141,7 @@ TEST(Locale, CameraAndDetectionFilesDoNotDependOnTheLocale) {
   LostFields lost_fields;
   int read = 0;
   for (const CalibrationFormat& format : CalibrationFormats()) {
-    // "tum" cannot store the lenses of the sample.
+    // "tum", which stores only projection matrices, is left out.
     if (format.write == nullptr || format.name == "tum") continue;
     SCOPED_TRACE(format.name);
     read += ExpectSameInCommas(

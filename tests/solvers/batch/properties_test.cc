@@ -1,8 +1,8 @@
 // Properties of the batch estimator: invariance to the world's pose, the unit
 // of length, the order of cameras and the direction of time; less uncertainty
 // with a duplicated camera. All estimates use the matches of one tracker run.
-// Options are the defaults except for stricter convergence and, where needed,
-// fixed noise.
+// Options are the defaults except for stricter convergence and, where a test
+// needs them, fixed noise, other units or a weaker prior at birth.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -20,7 +20,7 @@
 namespace kinegraph {
 namespace {
 
-// Everything but the options that an estimate depends on.
+// All that an estimate depends on, except the options.
 struct World {
   SceneModel scene;
   DetectionSequence detections;

@@ -1,5 +1,6 @@
 // Checks which solvers a run uses, by its counts of solves, and properties of
-// CeresSolver. Sweeps are the iterations of the block-tridiagonal solver.
+// CeresSolver and PersonSolver. Sweeps are the iterations of the
+// block-tridiagonal solver.
 #include <gtest/gtest.h>
 
 #include <cmath>

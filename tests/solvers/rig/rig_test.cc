@@ -178,8 +178,8 @@ TEST(Rig, RecoversUnknownFocalLengths) {
   const RecordingCalibration found =
       CalibrateRecording(RunOptions(), input, recording);
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
-  // Every view has a pose. The verdict is `calibrated` only if all views
-  // probably keep the error bounds that this verdict promises (rig.cc).
+  // Every view has a pose, so the verdict depends only on whether all views
+  // probably keep the error bounds that kCalibrated promises (rig.h).
   EXPECT_EQ(found.rig.verdict == RigVerdict::kCalibrated,
             found.rig.likely_right >= 0.7);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
@@ -200,7 +200,8 @@ TEST(Rig, RecoversUnknownFocalLengths) {
   }
 }
 
-// A view whose left and right are exchanged fits badly or not at all.
+// A view whose left and right are exchanged would fit badly or not at all; it
+// is recognised, corrected and reported.
 TEST(Rig, DetectsExchangedSides) {
   const Scene scene = Walkers(12.0);
   DetectionSequence recording = Observe(scene, Noise(), nullptr);

@@ -30,8 +30,8 @@ constexpr double kExactPose = 1e-6;
 // Gain of unrelated joints by chance.
 constexpr double kChance = 0.35;
 
-// Two people in both views, of which the second is late by `late` frames:
-// tracklets 0 and 1 are of the first view, 2 and 3 of the second.
+// Two people in both views; the second view is late by `late` frames. Tracklets
+// 0 and 1 are of the first view, 2 and 3 of the second.
 std::vector<ViewTracklet> TwoPeopleIn(const CameraRig& cameras, int late = 0) {
   std::vector<ViewTracklet> tracklets;
   for (const int view : {0, 1}) {

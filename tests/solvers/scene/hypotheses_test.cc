@@ -240,7 +240,7 @@ TEST(Hypotheses, NoUnitFindingForMetresOrForFewStatures) {
 
 // ---- With matches ----
 
-// The answer for `count` segments of a joint at one speed.
+// The answer for `count` motion segments of a joint, all at one speed.
 Answer AnswerAtSpeed(int count, const std::string& joint, double speed_mps) {
   const DoctorInput input = MoversOf(testing::RingOfCameras(2));
   const DoctorOptions options;

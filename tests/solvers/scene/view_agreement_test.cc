@@ -165,9 +165,9 @@ TEST(PairAgreement, IsZeroWithoutPeople) {
   EXPECT_EQ(AgreementSideBySide({PersonAt(900.0, 500.0)}, {}).possible, 0.0);
 }
 
-// The best pair is matched first: the first person is 1 px from the middle one
-// and 3 px from the last; the second is 2 px from the middle one, which is
-// already matched, and 4 px from the last.
+// The best pair is matched first: the left view's first person is 1 px from the
+// middle one of the right view's three and 3 px from the last; the second is
+// 2 px from the middle one, which is already matched, and 4 px from the last.
 TEST(PairAgreement, MatchesEachPersonOnceBestPairsFirst) {
   const ViewPeople::Person first = PersonAt(900.0, 500.0);
   const ViewPeople::Person second = PersonAt(940.0, 499.0);

@@ -152,8 +152,8 @@ TEST(ReadDetections, ShelfOpenPoseHasKnownCounts) {
       most = std::max(most, view.detections.size());
     }
   }
-  EXPECT_EQ(fewest, 1u);  // 24 images; the README rounds to 2..6
-  EXPECT_EQ(most, 7u);    // one image
+  EXPECT_EQ(fewest, 1u);  // in 24 images
+  EXPECT_EQ(most, 7u);    // in one image
 }
 
 TEST(ReadDetections, TimesFollowTheFrameRate) {

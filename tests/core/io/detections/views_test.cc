@@ -99,7 +99,8 @@ TEST(CocoViews, ErrorsNameTheFault) {
       {{with("\"id\": 12", "\"id\": 11"),
         "broken.json: image 1: id 11 appears twice"},
        {with("take/cam10/000005.jpg", "000005.jpg"),
-        "image 0: expected the key 'camera', or a folder"},
+        "image 0: expected the key 'camera', 'view', 'camera_id' or 'cam_id', "
+        "or a folder"},
        {with("take/cam10/000005.jpg", "cam10/a.jpg"),
         "image 0: 'a.jpg' contains no frame number"},
        {with("\"image_id\": 13", "\"image_id\": 14"),

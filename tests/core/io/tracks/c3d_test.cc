@@ -1,6 +1,6 @@
 // C3D files of other programs: byte orders, every convention for the number of
-// frames, missing points, people, segments, rejections. kinegraph's writer
-// follows the same conventions.
+// frames, missing points, people, segments, force plates, rejections; and files
+// that kinegraph writes.
 #include "core/io/tracks/c3d.h"
 
 #include <gmock/gmock.h>
@@ -434,7 +434,7 @@ TEST_F(TracksC3d, ResidualsZerosAndNanMarkMissingPoints) {
   maker.Header(2, 1, 4).Labels({"nose", "l_hip"});
   maker.Point(NAN, 0.0, 0.0).Point(1.0, 2.0, 3.0);
   maker.Point(1.0, INFINITY, 0.0).Point(1.0, 2.0, 3.0);
-  // -1 as a word or two, among floats.
+  // Among floats, the fourth number may be -1 as one or two 16-bit words.
   for (const char* word : {"\xFF\xFF\0\0", "\xFF\xFF\xFF\xFF"}) {
     maker.Value(1.0).Value(1.0).Value(1.0).Raw(std::string(word, 4));
     maker.Point(1.0, 2.0, 3.0);
