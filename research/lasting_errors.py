@@ -11,9 +11,9 @@
 Every joint with matched detections in three or more views is triangulated robustly.
 The median residual of a person's joint in a view is its lasting offset [mm at the
 joint's depth]. Prints the number of offsets, their root mean square per axis, and
-the share of the mean square that is common to a person's joints in a view: the mean
-product of the offsets of two such joints, divided by the mean square (kCommonShare of
-solvers/cameras/bundle.cc).
+shares of the mean square that are common to pairs of offsets in one view: the mean
+product of the two offsets, divided by the mean square. The first share, of a person's
+joints, is kCommonShare of solvers/cameras/bundle.cc, which neglects the others.
 """
 import json
 import sys
@@ -103,23 +103,28 @@ def main(cameras_path, detections_path, tracks_path):
         sys.exit(f"{detections_path}: {len(names)} views, {len(cameras)} cameras")
     points, rows = observations(names, detections, lines(tracks_path))
     r, _ = residuals(cameras, triangulate(cameras, points, rows), rows)
-    groups = {}  # offsets [mm] of a person in a view
     keys, of_key = np.unique(rows[:, 1:4], axis=0, return_inverse=True)
-    for key, (person, _, view) in enumerate(keys):
+    found = []  # (person, joint, view, x, y) [mm]
+    for key, of in enumerate(keys):
         errors = r[of_key.ravel() == key]
         if len(errors) >= LEAST_FRAMES:
-            groups.setdefault((person, view), []).append(1e3 * np.median(errors, 0))
-    squares = products = count = pairs = 0.0
-    for offsets in map(np.array, groups.values()):
-        own = (offsets**2).sum()
-        squares += own
-        count += offsets.size
-        products += (offsets.sum(0) ** 2).sum() - own
-        pairs += 2 * len(offsets) * (len(offsets) - 1)
-    variance = squares / count
+            found.append((*of, *(1e3 * np.median(errors, 0))))
+    person, joint, view, x, y = np.array(found).T
+    variance = 0.5 * np.mean(x**2 + y**2)
+    products = 0.5 * (np.outer(x, x) + np.outer(y, y)) / variance
+    same_view = view[:, None] == view
+    same_person = person[:, None] == person
+    same_joint = joint[:, None] == joint
+
+    def share(pairs):
+        return f"{products[pairs].mean():.2f}" if pairs.any() else "-"
+
     print(
-        f"{int(count) // 2} offsets, {variance**0.5:.1f} mm per axis, "
-        f"common share {products / pairs / variance:.2f}"
+        f"{len(found)} offsets, {variance**0.5:.1f} mm per axis, common share "
+        f"{share(same_view & same_person & ~same_joint)} of a person's joints, "
+        f"{share(same_view & ~same_person & same_joint)} of a joint of different "
+        f"people, {share(same_view & ~same_person & ~same_joint)} of different joints "
+        f"of different people"
     )
 
 
