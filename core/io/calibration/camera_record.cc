@@ -262,8 +262,10 @@ void KeyReader::ReadLens(CameraRecord* record) {
 void KeyReader::ReadUnit(CalibrationFile* file) {
   static const std::pair<LengthUnit, std::set<std::string>> kUnits[] = {
       {LengthUnit::kMetre, SetOf("m metre metres meter meters")},
-      {LengthUnit::kCentimetre, SetOf("cm centimetre centimeter centimeters")},
-      {LengthUnit::kMillimetre, SetOf("mm millimetre millimeter millimeters")}};
+      {LengthUnit::kCentimetre,
+       SetOf("cm centimetre centimetres centimeter centimeters")},
+      {LengthUnit::kMillimetre,
+       SetOf("mm millimetre millimetres millimeter millimeters")}};
   for (const char* key : {"unit", "units"}) {
     const auto field = Find(key);
     if (!field.has_value()) continue;

@@ -526,7 +526,11 @@ TEST(CalibrationUnit, IsReadFromTheFile) {
   const std::string text =
       R"({"0": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
 "RT": [1, 0, 0, 1000, 0, 1, 0, 2000, 0, 0, 1, 3000]}, "unit": "mm"})";
-  EXPECT_EQ(CamerasOf("krt.json", text)[0].t(), Eigen::Vector3d(1.0, 2.0, 3.0));
+  for (const char* unit : {"\"mm\"", "\"millimetres\"", "\"millimeters\""}) {
+    EXPECT_EQ(CamerasOf("krt.json", WithReplaced(text, "\"mm\"", unit))[0].t(),
+              Eigen::Vector3d(1.0, 2.0, 3.0))
+        << unit;
+  }
   EXPECT_THAT(FaultOf("krt.json", WithReplaced(text, "\"mm\"", "\"ft\"")),
               HasSubstr("unit: found the text 'ft'"));
   std::string first = WithReplaced(text, R"(, "unit": "mm")", "");
