@@ -222,6 +222,9 @@ class Files(Adapters):
         )
         session = self.lines("--format=caliscope", self.folder / "s", **settings)
         self.assertEqual(session[0]["views"], ["cam_1"])
+        table.rename(poses / "xy.csv")
+        again = self.lines("--format=caliscope", self.folder / "s", **settings)
+        self.assertEqual(again, session)
 
     def test_sleap_errors_name_the_fault(self):
         samples.write_sleap(self.folder / "a.h5", 0, own_order=False)

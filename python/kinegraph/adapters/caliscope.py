@@ -30,7 +30,7 @@ MEDIAPIPE_JOINTS = 33  # holistic's hands are numbered from 100 and 200, its fac
 
 
 def is_table(path):
-    return path.name.startswith("xy_") and path.suffix == ".csv"
+    return path.suffix == ".csv" and (path.stem == "xy" or path.stem.startswith("xy_"))
 
 
 def tables_below(folder, depth):
