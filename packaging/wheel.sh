@@ -12,9 +12,9 @@ root=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 out=${1:-$root/out/wheel}
 build=${KINEGRAPH_BUILD:-$root/build/wheel}
 
-for program in patchelf strip gcc readelf dpkg-query; do
-  command -v "$program" >/dev/null || {
-    echo "wheel.sh: error: needs $program (apt-get install ${program/strip/binutils})" >&2
+for need in patchelf gcc strip:binutils readelf:binutils dpkg-query:dpkg; do
+  command -v "${need%:*}" >/dev/null || {
+    echo "wheel.sh: error: needs ${need%:*} (apt-get install ${need#*:})" >&2
     exit 1
   }
 done
