@@ -274,11 +274,23 @@ std::string AngleTable(const MarkerStudy& study) {
 }
 
 std::string EventText(const MarkerStudy& study) {
-  const std::string text = fmt::format(
-      "Foot events from {}: {} in the markers, {} in the tracks.\n",
-      study.true_events.is_walk ? "positions relative to the pelvis (Zeni 2008)"
-                                : "vertical speeds (no walking)",
-      study.true_events.events.size(), study.found_events.events.size());
+  const auto method = [](const FootEvents& events) {
+    return events.is_walk ? "positions relative to the pelvis (Zeni 2008)"
+                          : "vertical speeds (no walking)";
+  };
+  const FootEvents& markers = study.true_events;
+  const FootEvents& tracks = study.found_events;
+  const std::string text =
+      markers.is_walk == tracks.is_walk
+          ? fmt::format(
+                "Foot events from {}: {} in the markers, {} in the "
+                "tracks.\n",
+                method(markers), markers.events.size(), tracks.events.size())
+          : fmt::format(
+                "Foot events: {} in the markers, from {}; {} in the "
+                "tracks, from {}.\n",
+                markers.events.size(), method(markers), tracks.events.size(),
+                method(tracks));
   if (study.true_on_plates.empty()) return text;
   Table table({"plate event", "time, s", "markers, ms", "tracks, ms"});
   const auto ms = [](double seconds) { return Fixed(kMm * seconds, 1); };
