@@ -181,8 +181,10 @@ std::string NarrowTable(std::vector<Cells> rows, size_t columns,
     if (&row == &rows.front()) text += std::string(WidthOf(widths), '-') + "\n";
   }
   if (widths.size() < all) {
-    text += "(" + std::to_string(all - widths.size()) +
-            " more columns: " + where + ")\n";
+    text += "(" +
+            Counted(static_cast<int64_t>(all - widths.size()), "more column",
+                    "more columns") +
+            ": " + where + ")\n";
   }
   return text;
 }

@@ -116,7 +116,7 @@ TEST(ForTerminal, WideTablesLoseBracketsThenLettersThenColumns) {
   EXPECT_NE(cut.find(std::string(31, 'x') + "~  97.1  1234567890"),
             std::string::npos);
   const std::string fewer = ForTerminal(markdown, 36, "f.md");
-  EXPECT_NE(fewer.find("(1 more columns: f.md)"), std::string::npos);
+  EXPECT_NE(fewer.find("(1 more column: f.md)"), std::string::npos);
   for (const std::string& text : {all, cut, fewer}) {
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
