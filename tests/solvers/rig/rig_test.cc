@@ -181,7 +181,7 @@ TEST(Rig, RecoversUnknownFocalLengths) {
   // Every view has a pose, so the verdict depends only on whether all views
   // probably keep the error bounds that kCalibrated promises (rig.h).
   EXPECT_EQ(found.rig.verdict == RigVerdict::kCalibrated,
-            found.rig.likely_right >= 0.7);
+            found.rig.likely_right >= 0.8);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     // Within three standard deviations of the covariance.
     Eigen::Index at = 0;

@@ -417,7 +417,7 @@ TEST(Calibration, LongModelsWithZeroTermsHaveFiveCoefficients) {
       kSmallKrt, "}}", R"(, "distCoeff": [0.1, 0, 0, 0, 0, 0, 0, 0]}})");
   const CameraRig cameras = CamerasOf("c.json", text);
   ASSERT_NE(cameras[0].lens(), nullptr);
-  EXPECT_EQ(cameras[0].lens()->parameters()[0], 0.1);
+  EXPECT_THAT(cameras[0].lens()->parameters(), ElementsAre(0.1, 0, 0, 0, 0));
 }
 
 TEST(Calibration, NumberedTermsMayBeOmitted) {
