@@ -111,7 +111,8 @@ std::pair<int, int> ImageSizeOf(const Camera& camera) {
   return {camera.width_px(), camera.height_px()};
 }
 
-// (N, 3) points in the world [m] to (N, 2) raw pixels, NaN without an image.
+// (N, 3) points in the world [m] to (N, 2) raw pixels, NaN where a
+// point cannot be projected.
 Array ProjectPoints(const Camera& camera, const Array& points) {
   if (points.ndim() != 2 || points.shape(1) != 3) {
     throw InputError("points: expected an array of shape (N, 3) [m]");
@@ -969,7 +970,7 @@ void BindRuns(py::module_& m) {
       "observed_only"_a = false,
       "Joint angles with 95 % intervals, speeds and path lengths; returns\n"
       "Kinematics. up: axis of the world that points upwards (\"z\", \"-y\"),\n"
-      "or \"auto\": estimated from standing people. observed_only: joints\n"
+      "or \"auto\": estimated from the people. observed_only: joints\n"
       "that fewer than two views support in a frame count as missing.");
   py::class_<Frozen>(m, "Frozen", "A tracked recording with fixed matches.")
       .def(py::init<const std::vector<Camera>&, const DetectionSequence&,

@@ -73,7 +73,7 @@ std::string WithoutExtension(const std::string& path);
 // The value of --markers. Throws InputError that lists the allowed values.
 MarkerNames MarkersFlag(const std::string& text);
 
-// If the format does not specify its unit and people have implausible heights,
+// If the format does not specify its unit and people have implausible sizes,
 // prints a note on stderr that suggests a --unit.
 void PrintUnitNote(const std::string& command, const std::string& path,
                    const TrackReadOptions& options,

@@ -595,8 +595,8 @@ PageData PageMaker::Make() {
 }  // namespace
 
 PageData MakePageData(const PageInput& input, const PageOptions& options) {
-  // The page draws, reports and quantises in the run's unit of length, in which
-  // subjects have the size of people.
+  // The page draws and quantises in the run's unit of length, in which subjects
+  // have the size of people; its scripts convert lengths that they show.
   const SubjectScale scale = input.results.empty()
                                  ? SubjectScale()
                                  : ScaleOf(input.results.front().tracks);

@@ -38,7 +38,7 @@ ViewImages ReadViewImages(const std::string& images, const PageInput& input);
 size_t FramesWithout(const ViewImages::Video& video, const PageInput& input);
 
 // If `max_bytes` is 0, links the videos from the page at `page_path`; otherwise
-// embeds them. Returns the bytes of text that they use. If these would exceed
+// embeds them. Returns the bytes of their Base64 text. If these would exceed
 // `max_bytes`, throws an InputError that explains how to reduce their size.
 size_t AddVideos(const ViewImages& images, const std::string& page_path,
                  size_t max_bytes, PageInput* input);
@@ -55,9 +55,9 @@ struct EmbeddedPictures {
 
 // Embeds the images of `patterns` (one per camera, empty: none) for the frames
 // of the first result into `input`, JPEG and PNG unchanged; as many frames as
-// fit into `max_bytes` of text, evenly spaced. After each embedded frame,
-// calls `step` with the number of frames done so far, which includes the frames
-// skipped before the next embedded one.
+// fit into `max_bytes` of Base64 text, evenly spaced. After each embedded
+// frame, calls `step` with the number of frames done so far, which includes the
+// frames skipped before the next embedded one.
 EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
                                size_t max_bytes,
                                const std::function<void(int64_t frames)>& step,

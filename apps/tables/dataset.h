@@ -80,7 +80,7 @@ struct ResultFile {
   std::string path;  // below the data folder
   std::string detections_note;
   std::string remark;  // remark on its scores
-  // Name of the recording from which it was made, if that is tracked here.
+  // Name of the recording with whose first method it is compared; may be empty.
   std::string same_recording;
 };
 

@@ -83,8 +83,8 @@ std::map<int64_t, FramePair> PairRuns(const TrackSequence& reference,
   return frames;
 }
 
-// Projection of a joint of `person`; nullopt without a person, a joint or an
-// image.
+// Projection of a joint of `person`; nullopt without a person or a joint, or if
+// the joint cannot be projected.
 std::optional<Vector2d> Predict(const PersonPose* person, int joint,
                                 const Camera& camera) {
   if (person == nullptr || joint < 0) return std::nullopt;
@@ -92,8 +92,8 @@ std::optional<Vector2d> Predict(const PersonPose* person, int joint,
   return camera.Project(person->joints[joint].position_m);
 }
 
-// HeldOutJoint::normalised_squared; nullopt without `sigma_px`, a covariance or
-// an image.
+// HeldOutJoint::normalised_squared; nullopt without `sigma_px` or a covariance,
+// or if the joint cannot be projected.
 std::optional<double> NormalisedSquared(const PersonPose& person, int joint,
                                         const Keypoint& seen,
                                         JointClass joint_class,

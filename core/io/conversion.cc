@@ -136,7 +136,7 @@ FileKind ChooseKind(const ConversionOptions& flags) {
     throw InputError(
         flags.in, "",
         "cannot be recognised from a pipe, expected " +
-            (flags.from == "auto" ? "--from (one of " + TextOf(both) + ")"
+            (flags.from == "auto" ? "--from (a format of " + TextOf(both) + ")"
                                   : "a file"));
   }
   const FileKind kind = RecogniseKind(flags.in);

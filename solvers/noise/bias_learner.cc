@@ -273,8 +273,7 @@ ViewBias BiasSeries::Fit(bool always) const {
   ViewBias bias;
   // Range of viewing directions of the median camera, and the required range:
   // 180 degrees if shifts of the cameras could be confused with a bias. With
-  // shifts removed, the cameras together must cover 360 degrees, the median
-  // camera at least 90.
+  // shifts removed, 360 degrees divided by the number of cameras, at least 90.
   const std::vector<WeightedValue> seen = SectorsSeen();
   if (!seen.empty()) {
     bias.azimuth_deg = WeightedQuantile(seen, 0.5) * 360.0 / kSectors;

@@ -443,8 +443,9 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
           : "kinegraph doctor INPUTS " + side + " --out=doctor_of_these";
   finding.evidence = fmt::format(
       "{} about frame {}{}: {}; the camera was moved during the recording: "
-      "track the two parts separately, one part with {} and the calibration as "
-      "it is, the other part with the fix or the cameras.json that it writes",
+      "track the two parts separately: one with {} and the calibration as it "
+      "is, the other with the stated fix (if that is a doctor command, with "
+      "the cameras.json it writes)",
       after ? "from" : "before", from, after ? " on" : "", finding.evidence,
       other);
   return finding;

@@ -251,7 +251,7 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
   return std::nullopt;
 }
 
-// ---- Clocks, which compete with readings ----
+// ---- Clocks ----
 
 // The median lag, which has the least sum of distances to the others; if it is
 // not unique, the first.

@@ -126,8 +126,8 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
         "' is not supported, expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, "
         "RADIAL, OPENCV, FULL_OPENCV, SIMPLE_FISHEYE, FISHEYE, "
         "SIMPLE_RADIAL_FISHEYE, RADIAL_FISHEYE or OPENCV_FISHEYE "
-        "(COLMAP's image_undistorter makes PINHOLE models and images of other "
-        "models)");
+        "(COLMAP's image_undistorter converts other models, and their images, "
+        "to PINHOLE)");
   }
   const auto count =
       static_cast<size_t>(model->focal_lengths + 2 + model->coefficients);

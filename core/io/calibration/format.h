@@ -1,7 +1,7 @@
 // The table of calibration formats. Recognition, the key cameras.format,
-// `convert --formats` with its flags and the formats of the Python module are
-// derived from it. A new format requires its functions and two lines in
-// format.cc.
+// `convert` with --from, --to and --formats, and the formats of the Python
+// module are derived from it. A new format requires its functions and two lines
+// in format.cc.
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 
