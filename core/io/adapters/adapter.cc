@@ -104,10 +104,11 @@ std::string LastLine(std::FILE* file) {
 
 // The error of a program that has ended; empty if it succeeded.
 std::string Fault(const ProcessEnd& end, const std::string& name,
-                  const std::string& said) {
+                  const std::string& hint, const std::string& said) {
   if (end.not_started != 0) {
     return "requires " + name + ", which cannot be started (" +
-           std::strerror(end.not_started) + ")";
+           std::strerror(end.not_started) + ")" +
+           (hint.empty() ? "" : ": " + hint);
   }
   if (end.signal != 0) {
     return "its adapter (" + name + ") was ended by signal " +
@@ -340,6 +341,7 @@ class AdapterRun::Impl {
        const std::vector<std::string>& options, int silence_ms)
       : path_(WithoutSlash(path)),
         name_(adapter.name),
+        hint_(adapter.hint),
         // kinegraph-adapters names the programs in a user's folder by path.
         is_own_(adapter.command.front() != TheSettings().given &&
                 adapter.name.find('/') == std::string::npos),
@@ -383,13 +385,14 @@ class AdapterRun::Impl {
     // The reader stopped because of an error of its own, which it throws; only
     // this broke the pipe.
     if (reader_stopped && end.broke_pipe()) return;
-    const std::string fault = Fault(end, name_, LastLine(errors_.get()));
+    const std::string fault = Fault(end, name_, hint_, LastLine(errors_.get()));
     if (!fault.empty()) Throw(path_, fault);
   }
 
  private:
   const std::string path_;
   const std::string name_;
+  const std::string hint_;
   const bool is_own_;
   int silence_ms_;
   const ErrorsFile errors_;

@@ -28,6 +28,7 @@ struct Adapter {
   std::vector<std::string> command;  // the path is appended
   AdapterKind kind = AdapterKind::kDetections;
   std::string name;  // of the format, or of the program
+  std::string hint;  // how to install it, if it may be missing
 };
 
 // The program of SetAdapter, if it recognises the path.

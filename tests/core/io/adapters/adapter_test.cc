@@ -117,11 +117,12 @@ TEST_F(AdapterTest, InputsAreNotedAsDeepAsAdaptersRead) {
   EXPECT_FALSE(InputFiles::Has(deeper));
 }
 
-TEST_F(AdapterTest, MissingProgramIsNamed) {
-  const Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it"};
+TEST_F(AdapterTest, MissingProgramIsNamedWithInstallCommand) {
+  Adapter none = {{"/no/such/program"}, AdapterKind::kDetections, "it", ""};
+  none.hint = "apt-get install it";
   EXPECT_THAT(InputErrorOf([&] { OutputOf(none, path_); }),
               HasSubstr("a.xyz: requires it, which cannot be started (No such "
-                        "file or directory)"));
+                        "file or directory): apt-get install it"));
 }
 
 TEST_F(AdapterTest, TheGivenAdapterIsTriedFirst) {
