@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/machine.h"
 #include "apps/common/plot.h"
 #include "apps/common/progress.h"

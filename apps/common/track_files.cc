@@ -56,7 +56,11 @@ TrackOutput::TrackOutput(const std::string& path, const TrackHeader& header,
                          bool observations, const PersonNames& names,
                          MarkerNames markers, const CameraRig& cameras,
                          const std::optional<AxisMap>& axes)
-    : path_(path), options_{axes, names}, markers_(markers), cameras_(cameras) {
+    : path_(path),
+      observations_(observations),
+      options_{axes, names},
+      markers_(markers),
+      cameras_(cameras) {
   CheckTrackOutput(path, markers, axes);
   if (IsOurs(path)) {
     writer_.emplace(files_.Aside(path), header,
@@ -75,7 +79,10 @@ TrackOutput::TrackOutput(const std::string& path, const TrackHeader& header,
 
 void TrackOutput::Write(TrackFrame&& frame) {
   if (writer_) return writer_->Write(frame);
-  for (PersonPose& person : frame.people) person.matches.clear();
+  // Without observations, formats other than kinegraph's do not use matches.
+  for (PersonPose& person : frame.people) {
+    if (!observations_) person.matches.clear();
+  }
   tracks_.frames.push_back(std::move(frame));
 }
 

@@ -55,6 +55,7 @@ class TrackOutput {
   std::optional<TrackWriter> writer_;  // of kinegraph's own format
   // The members below serve other formats, written from the whole recording.
   const TrackFormat* format_ = nullptr;
+  const bool observations_;
   TrackExportOptions options_;
   MarkerNames markers_;
   CameraRig cameras_;

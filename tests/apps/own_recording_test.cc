@@ -405,6 +405,10 @@ TEST_F(SmallRecording, TheExtensionChoosesTheFormat) {
               HasSubstr("LHip"));
   EXPECT_THAT(Refusal("track", Flags("x.jsonl") + "--markers=opensim"),
               HasSubstr("--markers"));
+  // Observations are the camera mask of C3D.
+  Done("track", Flags("empty.c3d"));
+  Done("track", Flags("mask.c3d") + "--set=output.observations=true");
+  EXPECT_NE(ContentOf(in + "/empty.c3d"), ContentOf(in + "/mask.c3d"));
 }
 
 TEST(OwnRecording, AnUnknownConfigurationListsTheKnownOnes) {
