@@ -108,9 +108,8 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
                  "an update fails if it loses more of the joints seen");
   visitor.Choice(
       "lost", &lost, {"seen", "contradicted"},
-      "graph mode: which joints without a triangulation count as lost: "
-      "all that are seen, or those whose views contradict each other; "
-      "paper mode: all that are seen");
+      "graph mode: untriangulated joints that count as lost: all that are seen "
+      "(as in paper mode), or those whose views contradict each other");
   visitor.Boolean("require_in_front", &require_in_front,
                   "reject joints behind a camera that measured them");
 }

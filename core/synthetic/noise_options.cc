@@ -96,7 +96,7 @@ void NoiseOptions::Describe(OptionVisitor& visitor) {
                  "standard deviation of the random part of the confidence");
   visitor.Number(
       "noise_spread", &noise_spread, Between(0.0, 2.0), "",
-      "spread of log sigma over observations; reflected in the confidence");
+      "standard deviation of log sigma, which the confidence reflects");
   visitor.Number("missed_rate", &missed_rate, share, "",
                  "share of people not found in a view");
   visitor.Number("missed_burst", &missed_burst_s, length, "s",

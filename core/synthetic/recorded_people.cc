@@ -517,7 +517,7 @@ void AddClip(const RecordedPeopleOptions& options, const ClipRoom& room,
 void RecordedPeopleOptions::Describe(OptionVisitor& visitor) {
   visitor.TextList("clips", &clips,
                    "tracks files whose people replace simulated ones; paths "
-                   "are relative to this file's folder");
+                   "relative to the configuration's folder");
   visitor.NumberList("start", &start_s, Between(0.0, 36000.0), "s",
                      "when the people of each clip appear; 0 if not listed");
   visitor.NumberList("hold", &hold_s, Between(0.0, 36000.0), "s",

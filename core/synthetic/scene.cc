@@ -128,10 +128,10 @@ void CrowdOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("min_distance", &min_distance_m, Between(0.3, 2.0), "m",
                  "minimum distance between the centres of two people");
   visitor.Number("walking", &walking, Between(0.0, 1.0), "",
-                 "weight of walking after an action, and probability of "
-                 "walking on without a stop");
+                 "weight of walking as the next action; probability of walking "
+                 "on without a stop");
   visitor.Number("standing", &standing, Between(0.0, 1.0), "",
-                 "weight of standing");
+                 "weight of standing as the next action");
   visitor.Number("turning", &turning, Between(0.0, 1.0), "",
                  "weight of turning on the spot");
   visitor.Number("sitting", &sitting, Between(0.0, 1.0), "",
@@ -151,7 +151,8 @@ void SceneOptions::Describe(OptionVisitor& visitor) {
                  "length of the recording");
   visitor.Number("frame_rate", &frame_rate_hz, Between(1.0, 1000.0), "Hz",
                  "frames per second");
-  visitor.Text("skeleton", &skeleton, "name of a built-in skeleton");
+  visitor.Text("skeleton", &skeleton,
+               "name of a skeleton: built-in, or in [skeletons.NAME]");
   visitor.Number("stature", &stature_m, Between(1.2, 2.2), "m",
                  "mean height of the people");
   visitor.Number("stature_sigma", &stature_sigma_m, Between(0.0, 0.15), "m",

@@ -41,13 +41,12 @@ bool MeetingPoint(const CameraRig& cameras, Eigen::Vector3d* point_m) {
 }  // namespace
 
 void GateOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice(
-      "units", &units, {"pixels", "metres"},
-      "gates in pixels, from the keys of the other tables, or derived "
-      "from lengths in metres at the working distance");
+  visitor.Choice("units", &units, {"pixels", "metres"},
+                 "gates in pixels, from the keys of other tables, or derived "
+                 "from lengths in metres at the working distance");
   visitor.Number("speed_mps", &speed_mps, NonNegative(), "m/s",
-                 "metres: speed at which the distance allowed between a joint "
-                 "and its prediction grows after the last update");
+                 "metres: speed at which a joint's gate grows after the last "
+                 "update");
   visitor.Number("working_distance", &working_distance_m, NonNegative(), "m",
                  "metres: distance of people from the cameras; 0: that of the "
                  "point where the optical axes meet");
@@ -105,11 +104,13 @@ void TrackLifeOptions::Describe(OptionVisitor& visitor) {
                  "joints of 17",
                  "detections with fewer found joints are ignored");
   visitor.Boolean("backfill", &backfill,
-                  "also write a track's frames before it was confirmed");
+                  "graph mode: also write a track's frames before it was "
+                  "confirmed");
   visitor.Number("max_gap_s", &max_gap_s, NonNegative(), "s",
                  "graph mode: gaps up to this length are bridged and written");
   visitor.Boolean("second_pass", &second_pass,
-                  "offline: associate again with the smoothed tracks");
+                  "graph mode, offline: associate again with the smoothed "
+                  "tracks");
 }
 
 TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,

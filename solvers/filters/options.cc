@@ -122,8 +122,8 @@ void KalmanOptions::Describe(OptionVisitor& visitor) {
 void FilterOptions::Describe(OptionVisitor& visitor) {
   visitor.Enter("filters");
   visitor.Choice("points", &points, {"dlt", "robust"},
-                 "what filters smooth: the initial pose's joints, or robust "
-                 "triangulation");
+                 "what filters smooth: joints triangulated by DLT after the "
+                 "joints filter, or robustly");
   segments.Describe(visitor);
   DescribeIn(visitor, "robust_triangulation", &robust_triangulation);
   DescribeIn(visitor, "centred_gaussian", &centred_gaussian);

@@ -46,9 +46,9 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
                   "estimate one factor on all sigmas of a person");
   visitor.Choice(
       "pixel_noise_from", &options->pixel_noise_from, {"take", "fixed"},
-      "learn size and correlation time of detector errors, and their "
-      "dependence on confidence, from the recording, or use the "
-      "keys of this table");
+      "learn detector errors (size, correlation time, dependence on "
+      "confidence) from the recording, or use sigma_px, correlation_time_s, "
+      "confidence_power");
   visitor.Choice("process_noise_from", &options->process_noise_from,
                  {"take", "fixed"},
                  "learn the process noise, which varies over time, from the "
@@ -56,7 +56,7 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
   visitor.Choice("view_bias", &options->view_bias, {"off", "on", "auto"},
                  "learn from the recording how the detector's bias depends on "
                  "the view, and subtract it; auto: only for joints whose "
-                 "residuals shrink in a held-out half of the recording");
+                 "held-out residuals shrink");
 }
 
 void DescribeBones(GraphOptions* options, OptionVisitor& visitor) {
@@ -79,7 +79,7 @@ void DescribeSolver(GraphOptions* options, OptionVisitor& visitor) {
                  "solver, or at DLT");
   visitor.Integer("max_iterations", &options->max_iterations,
                   Between(1.0, 1000.0), "",
-                  "maximum number of iterations of the last stage");
+                  "maximum iterations of a solve's last stage");
   visitor.Number("step_tolerance_m", &options->step_tolerance_m, Positive(),
                  "m", "converged when a step moves no joint farther than this");
   visitor.Number("chunk_s", &options->chunk_s, NonNegative(), "s",

@@ -411,15 +411,15 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
                   "number of the first frame, for files without frame numbers");
   visitor.Integer("max_per_view", &max_per_view, Between(1.0, 1e6),
                   "detections",
-                  "maximum number of detections per view and frame; input with "
-                  "more is rejected");
+                  "maximum detections per view and frame; input with more is "
+                  "rejected");
   visitor.Integer(
       "max_per_frame", &max_per_frame, Between(1.0, 1e6), "detections",
-      "maximum number of detections per frame, all views together; input with "
-      "more is rejected");
+      "maximum detections per frame, all views together; input with more is "
+      "rejected");
   visitor.Integer("max_joints", &max_joints, Between(1.0, 1e4), "joints",
-                  "maximum number of joints of the detections' skeleton; input "
-                  "with more is rejected");
+                  "maximum joints of the detections' skeleton; input with more "
+                  "is rejected");
 }
 
 std::unique_ptr<DetectionSource> OpenDetections(
