@@ -208,8 +208,8 @@ class Frozen(_kinegraph.Frozen):
     """A tracked recording with fixed matches, on which smoothers can be compared.
 
     cameras, detections, config, set: as for track(), but with a single pass,
-    identities are not linked, and cameras.ground is ignored. tracks: the result
-    of the run itself;
+    identities are not linked, and cameras.ground is ignored.
+    tracks: the result of the run itself.
     smooth(strategy): Tracks of the same matches.
     """
 
