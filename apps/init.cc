@@ -219,9 +219,9 @@ std::string ConfigText(const RecordingSurvey& survey) {
       "recording at\n"
       "# once, with bone lengths and a second pass. For results with a delay "
       "of 0.4 s:\n"
-      "# output.estimator = \"window\", and graph.bones, tracking.second_pass "
-      "and\n"
-      "# identity.link = false.\n"
+      "# output.estimator = \"window\"; graph.bones, tracking.second_pass and "
+      "identity.link\n"
+      "# = false; without cameras.refine and cameras.refine_clock.\n"
       "# All keys: `kinegraph track --keys`.\n"
       "mode = \"graph\"\n\n[input]\n";
   text += fmt::format(
@@ -263,7 +263,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
   if (survey.min_joints.has_value()) {
     text += fmt::format(
         "\n[initialisation]\n"
-        "min_common_joints = {0}  # of 17; lowered: the detections have few\n"
+        "min_common_joints = {0}  # of 17; lowered: few joints are detected\n"
         "min_joints = {0}\n",
         *survey.min_joints);
   }

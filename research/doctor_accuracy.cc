@@ -317,7 +317,7 @@ std::vector<Fault> Faults() {
   };
 }
 
-// Logarithm of n over k.
+// Logarithm of the binomial coefficient n choose k.
 double LogChoose(int n, int k) {
   return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
 }

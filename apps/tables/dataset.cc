@@ -46,8 +46,7 @@ constexpr const char* kFilterSet = "reconstruction.joints_filter=true";
 // of the track's 3D joints, not with the joints last matched in that view.
 constexpr const char* kProjectedSet = "association.target_2d=projected";
 
-constexpr const char* kFromReal =
-    "the same OpenPose candidates (data/shelf/README.md)";
+constexpr const char* kFromReal = "the OpenPose detections of data/shelf";
 
 std::vector<Method> ShelfMethods() {
   return {
@@ -263,7 +262,7 @@ Dataset ShelfFilled() {
 }
 
 Dataset ShelfReal() {
-  return Shelf("real", "unchanged output of OpenPose, frames 300..600 only",
+  return Shelf("real", "joints of OpenPose, frames 300..600 only",
                "shelf/detections/openpose", "paper/shelf.toml", "");
 }
 

@@ -1,5 +1,5 @@
 // Learns the detector's bias from the residuals of a recording's solutions,
-// over all people, and writes it to their pixels.
+// over all people, and stores it in their measurements (bias_px).
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 
@@ -47,7 +47,8 @@ struct BiasSums {
   double weight = 0.0;       // sum of (whitened pixels per metre)^2 [1/m^2]
   double square = 0.0;       // r' r
   int64_t observations = 0;  // of a joint in one view of one frame
-  // Number of joints, summed over frames; each has two or more observations.
+  // Number of such joints, left and right, summed over people and frames; each
+  // has two or more observations.
   int64_t looks = 0;
   // Equivalent number of independent observations, to be compared with the
   // prior's: at most `observations`, because successive errors are correlated.

@@ -40,8 +40,9 @@ struct TriangulationResiduals {
 // Factor of the modelled sigma, by class of joint. The 0.3 quantile of the
 // squares is matched to that of chi-square, with 2 n - 3 degrees of freedom for
 // n views; outliers hardly affect low quantiles. Classes with few observations
-// are shrunk towards the person's scale, and this towards 1. Uses bins of 2 %
-// of sigma, so memory does not grow and the result is available at any time.
+// are shrunk towards the scale of all classes, and this towards 1. Uses bins of
+// 2 % of sigma, so memory does not grow and the result is available at any
+// time.
 class NoiseScales {
  public:
   NoiseScales();

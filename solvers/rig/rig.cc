@@ -103,7 +103,8 @@ int64_t NumberStep(const std::vector<DetectionFrame>& frames) {
   return std::max<int64_t>(1, step);
 }
 
-// Refuses recordings in which far more frames are missing than fit in memory.
+// Refuses recordings with so many missing frames, each of which is stored, that
+// their frame numbers are probably wrong.
 void CheckGaps(const std::vector<DetectionFrame>& frames, int64_t step) {
   constexpr int64_t kMostMissing = 1'000'000;
   int64_t widest = 0;
@@ -443,7 +444,7 @@ class RigEstimate {
     for (size_t v = 0; v < result_.views.size(); ++v) {
       RigView& view = result_.views[v];
       if (!view.joined && view.left_out.empty()) {
-        view.left_out = "it shares no moving people with the other views";
+        view.left_out = "it shares no moving subjects with the other views";
       }
     }
     return std::move(result_);
@@ -709,8 +710,9 @@ class RigEstimate {
         ++k;
       } else {
         result_.views[result_.used[v]].left_out =
-            "at its estimated pose its people do not match those of the other "
-            "views: it may show another time or another room, or its images "
+            "at its estimated pose its detections do not match those of the "
+            "other views: it may show another time or another room, or its "
+            "images "
             "may be mirrored";
       }
     }
@@ -978,7 +980,7 @@ class RigEstimate {
     }
     if (agreement < kLeastAgreement || agreement < kLeastOfUsual * usual) {
       return fmt::format(
-          "the agreement of its people with those of the other views is only "
+          "the agreement of its detections with the other views is only "
           "{:.2f} (1 is perfect; median of the views: {:.2f})",
           agreement, usual);
     }
@@ -1073,9 +1075,10 @@ class RigEstimate {
       }
       if (most >= kLeastByClock) {
         return fmt::format(
-            "its images are {} in this part by about {}, because images were "
+            "its images are {} {} this frame by about {}, because images were "
             "lost or repeated",
             lag > 0 ? "late" : "early",
+            step.is_worse_before ? "before" : "after",
             Counted(std::abs(lag) * NumberStep(input_.detections.frames),
                     "frame", "frames"));
       }

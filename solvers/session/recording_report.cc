@@ -250,10 +250,11 @@ struct RecordingReporter::Impl {
         continue;
       }
       report->cameras_off.push_back(
-          {Kind::kHardlySeen,
-           name + " shows " + std::to_string(camera.detections) +
-               " people, of whom only " + Counted(camera.matched, "is", "are") +
-               " matched with a tracked person"});
+          {Kind::kHardlySeen, name + " has " +
+                                  std::to_string(camera.detections) +
+                                  " detections, of which only " +
+                                  Counted(camera.matched, "is", "are") +
+                                  " matched with a tracked person"});
     }
   }
 

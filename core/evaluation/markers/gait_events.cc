@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Minimum time between extremes of a step [s].
+// An extreme is the greatest value within this time before and after it [s].
 constexpr double kWindowS = 0.2;
 // Gaps up to this length hide no extreme [s].
 constexpr double kGapS = 0.05;

@@ -399,9 +399,6 @@ SegmentSequence ReadSegments(const std::string& path,
 
 std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
   return ReadC3d(path, [&](const C3dFile& file) {
-    if (!(file.points().rate_hz > 0.0)) {
-      throw InputError("POINT:RATE: not given, expected the frame rate in Hz");
-    }
     const double used = PlateNumber(file.values(), "USED", 0);
     std::vector<std::vector<double>> weights;
     for (size_t plate = 0; static_cast<double>(plate) < used; ++plate) {
@@ -416,6 +413,9 @@ std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
     }
     if (plates.empty() || file.analog().per_frame == 0) {
       throw InputError("has no force plates of types 1 to 4 with samples");
+    }
+    if (!(file.points().rate_hz > 0.0)) {
+      throw InputError("POINT:RATE: not given, expected the frame rate in Hz");
     }
     return plates;
   });

@@ -555,8 +555,9 @@ void TreeLosses::Note(const JointTree& tree, LostFields* lost_fields) const {
       break;
     }
     lost_fields->push_back(
-        "never seen" +
-        (people_.size() == 1 ? "" : " of " + Listed(people, kMostPeopleNamed)) +
+        "joints never seen" +
+        (people_.size() == 1 ? ""
+                             : " (" + Listed(people, kMostPeopleNamed) + ")") +
         ": " + joints +
         "; they are in the rest pose or on the line to the next joint that is "
         "seen, with the other side's lengths or " +

@@ -43,7 +43,7 @@ constexpr int kJumpFrame = 342;  // of person 0's left wrist
 constexpr size_t kLeftWrist = 9;
 constexpr size_t kRightWrist = 10;
 const Eigen::Vector3d kSigmaM(0.02, 0.03, 0.04);
-const Eigen::Vector2d kShiftPx(70.0, 0.0);  // of a detection that is rejected
+const Eigen::Vector2d kShiftPx(70.0, 0.0);  // of a joint that is rejected
 
 // Three people who walk side by side; person 2 is absent after 60 frames. Four
 // views: in view 0 a wrist of person 0 is an outlier, one of person 1 was not
@@ -166,7 +166,7 @@ class PageInBrowser : public ::testing::Test {
                               "').textContent");
   }
 
-  // Selects an entry of a list by user events.
+  // Selects an entry of a list, with the event of a user's change.
   void Choose(const std::string& id, const std::string& value) {
     browser_->Evaluate("(() => { const list = document.getElementById('" + id +
                        "'); list.value = '" + value +
@@ -674,8 +674,8 @@ constexpr const char* kFaults = R"((() => {
   const list = document.getElementById('moments').getBoundingClientRect();
   const faults = [];
   const [stage, bar] = ['stage', 'transport'].map((id) => document.getElementById(id));
-  // On a phone the 3D view and playback stay at the top; elements that scroll
-  // beneath them count only below their lower edge, if they are really hidden.
+  // On a phone the 3D view and playback stay at the top. Of elements that scroll
+  // beneath them only the part below their lower edge is checked.
   const stays = getComputedStyle(stage).position === 'sticky';
   const lid = stays ? bar.getBoundingClientRect().bottom : -Infinity;
   if (stays) {

@@ -41,7 +41,7 @@ TEST(AffinityTest, MatchesHandComputedValues) {
        {// The mean over the joints with positive affinity, at least eleven.
         Pair{11, 35.0, 500.0, 17, 1.0, kPart, 0.5 * e3},
         {10, 35.0, 500.0, 17, 1.0, kPart, 0.0},
-        // A distance of exactly alpha is not positive.
+        // At a distance of exactly alpha the affinity is not positive.
         {10, 0.0, 70.0, 17, 1.0, kPart, 0.0},
         // The gate grows with the age: 105 px of 2 * 70 px leave a quarter.
         {17, 105.0, 0.0, 17, 1.0, kPart, 0.0},

@@ -103,7 +103,7 @@ TEST_F(UserFactorTest, WindowAndBatchUseTheFactor) {
     EXPECT_LT(off(after), off(before)) << batch;
     ASSERT_TRUE(before.covariances[2] && after.covariances[2]);
     EXPECT_LT((*after.covariances[2])(2, 2), (*before.covariances[2])(2, 2));
-    // The other joints are unaffected: no bone connects them. Two solves that
+    // The other joints are unaffected, without bone factors. Two solves that
     // converge to steps of 3e-5 m differ by about that.
     EXPECT_LT(Apart(after.joints[0], before.joints[0]), 1e-4);
     EXPECT_NEAR((*after.covariances[0])(2, 2), (*before.covariances[0])(2, 2),

@@ -314,12 +314,13 @@ TEST_F(PersonNoiseTest, LargePixelNoiseHidesWhetherAJointRests) {
   // fortieth of the typical power.
   const double still = usual / 40.0;
   // At 250 px per metre, 12 px are 48 mm, and 31 mm per axis of a triangulated
-  // point. A crossover of 2.5 Hz then corresponds to 1 m^2/s^3, more than the
-  // typical power. The level is then the mean of the three classes of joints,
-  // two of which have about the typical level.
+  // point. With process noise of 1 m^2/s^3, more than the typical power, the
+  // smoother's crossover is at 2.5 Hz, up to which noise may mask motion. The
+  // level is then the mean of the three classes of joints, two of which have
+  // about the typical level.
   EXPECT_GT(least_of_shoulder(true, 2.0), 0.25 * usual);
   EXPECT_LT(least_of_shoulder(false, 2.0), 4.0 * still);
-  // With 0.6 px, or 2.4 mm, this crossover corresponds to 2.5e-3 m^2/s^3, less
+  // With 0.6 px, or 2.4 mm, this crossover requires only 2.5e-3 m^2/s^3, less
   // than the process noise of the stiffest filter.
   EXPECT_LT(least_of_shoulder(true, 0.1), 2.0 * still);
 }

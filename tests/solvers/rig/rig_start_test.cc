@@ -86,8 +86,8 @@ TEST(OfViews, SelectsViewsInTheGivenOrder) {
   EXPECT_EQ(none.frames.size(), 4u);
 }
 
-// Pixels are exact to 1e-12, and gains are relative to a tenth of a person's
-// size of a few hundred pixels.
+// Pixels are exact to 1e-12. An agreement falls with the distance from the
+// epipolar line, in units of a tenth of a person's size, some tens of pixels.
 TEST(AgreementsOfViews, AreOneForExactPeople) {
   const CameraRig cameras = testing::RingOfCameras(3);
   for (const double score : AgreementsOfViews(cameras, SeenByRing(3))) {

@@ -301,7 +301,7 @@ TEST(AgreementOfAll, InvariantToWorldFrameAndOrderOfPeopleAndViews) {
   const PairAgreement after =
       AgreementOfAll(cameras, IdealPeople(seen, cameras), kTenFrames);
   EXPECT_EQ(after.possible, before.possible);
-  // 60 comparisons of people whose size is at most 500 px.
+  // 60 matches of people whose size is at most 500 px.
   EXPECT_NEAR(after.gain, before.gain, 60.0 * kRoundingOfGains);
   EXPECT_NEAR(after.distance_px, before.distance_px,
               60.0 * 500.0 * kRoundingOfGains);
