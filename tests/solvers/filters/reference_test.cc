@@ -2,6 +2,8 @@
 // reference.json with SciPy, statsmodels, cvxopt and NumPy.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <map>
@@ -240,9 +242,13 @@ void ExpectAlike(const nlohmann::json& found, const nlohmann::json& expected,
                  const std::string& where) {
   ASSERT_EQ(found.size(), expected.size()) << where;
   if (!expected.is_structured()) {
-    // The location of a minimum is known to the square root of machine
-    // precision.
-    EXPECT_NEAR(found.get<double>(), expected.get<double>(), 1e-6) << where;
+    // The location of a minimum is known to the square root of the precision of
+    // its function: with another BLAS it differed by 1e-6 (relative). The limit
+    // is ten times that.
+    const double number = expected.get<double>();
+    EXPECT_NEAR(found.get<double>(), number,
+                1e-5 * std::max(1.0, std::abs(number)))
+        << where;
     return;
   }
   for (const auto& [key, value] : expected.items()) {
