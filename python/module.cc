@@ -805,12 +805,12 @@ void BindCamera(py::module_& m) {
 
 void BindDetections(py::module_& m) {
   py::class_<DetectionSequence>(m, "Detections", "2D poses of a recording.")
-      .def(
-          py::init(&SequenceOf), "frames"_a, "skeleton"_a, "views"_a,
-          "frame_rate_hz"_a, "first_frame"_a = 0,
-          "frames[k][v]: array (people, joints, 3) of x [px], y [px] and\n"
-          "confidence; NaN or exactly (0, 0): not found. views: for each view\n"
-          "the name of its camera.")
+      .def(py::init(&SequenceOf), "frames"_a, "skeleton"_a, "views"_a,
+           "frame_rate_hz"_a, "first_frame"_a = 0,
+           "frames[k][v]: array (people, joints, 3) of x [px], y [px] and\n"
+           "confidence; not finite or exactly (0, 0): not found. views: for "
+           "each view\n"
+           "the name of its camera.")
       .def(Pickled<DetectionSequence>())
       .def(
           "__len__", [](const DetectionSequence& d) { return d.frames.size(); },

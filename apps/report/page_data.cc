@@ -536,9 +536,9 @@ void PageMaker::FindUp(const TrackSequence& lead) {
   if (cameras.norm() > 0.0) up_ = cameras.normalized();
   if (!IsHuman(lead.header.skeleton)) return;
   data_.notes.emplace_back(
-      "the up direction is unknown, because the people may be lying down: the "
-      "page uses that of the cameras, else z, and omits angles that depend on "
-      "it (set it with --up=z)");
+      "the people do not determine which direction is up: the page draws the "
+      "cameras' up direction, else z, upwards and omits angles that depend on "
+      "the up direction (set it with --up=z)");
 }
 
 PageData PageMaker::Make() {
