@@ -194,7 +194,7 @@ std::string ErrorTable(const MarkerStudy& study) {
       "estimated on the other half of the recording. Mean of the medians: {} "
       "mm.\n{}",
       table.ToString(TableStyle::kMarkdown),
-      study.blocks_are_strides ? "strides" : "pieces", Fixed(study.block_s, 2),
+      study.blocks_are_strides ? "strides" : "blocks", Fixed(study.block_s, 2),
       Mm(study.agreement.mean_of_medians_m),
       any_apart ? "\n(*) not pooled: the markers do not enclose the joint's "
                   "centre.\n"

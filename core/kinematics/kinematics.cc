@@ -307,8 +307,8 @@ class Measurement {
       table_.notes.push_back(whose +
                              " has none of the joints that angles need");
     } else if (!has("l_ankle_dorsiflexion") && !has("r_ankle_dorsiflexion")) {
-      table_.notes.push_back(whose +
-                             " has no heels or no toes: no ankle angles");
+      table_.notes.push_back(
+          whose + " lacks joints of feet or lower legs: no ankle angles");
     }
     if (mass_.empty()) {
       table_.notes.push_back(whose +

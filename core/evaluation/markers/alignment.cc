@@ -101,8 +101,9 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
   if (most >= kLeastM_S) return;
   throw InputError(fmt::format(
       "no motion to align the clocks with: the speed of no joint of {} varies "
-      "by more than {:.2f} m/s (standard deviation); --align=world or none",
-      whose, most));
+      "by more than {:.2f} m/s (standard deviation), expected {:.2f}; "
+      "--align=world or none",
+      whose, most, kLeastM_S));
 }
 
 // The time shift [s] at which the speeds' correlation is most significant, to

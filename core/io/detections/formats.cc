@@ -328,10 +328,9 @@ void WriteFrames(DetectionSource* source, bool skeleton_known,
                "joints with confidence 0 are") +
            " read as missing unless "
            "detections.zero_confidence = \"position\"");
-  note(moved > 0,
-       "people without joints are left out, so that " +
-           Counted(moved, "detection gets another index in its frame",
-                   "detections get another index in their frames"));
+  note(moved > 0, "people without joints are left out, so that " +
+                      Counted(moved, "detection gets another index in its view",
+                              "detections get another index in their views"));
   note(!keeps_times && !std::is_sorted(header.view_names.begin(),
                                        header.view_names.end(), NaturalLess),
        "views are read back in the order of their names");
