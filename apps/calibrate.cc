@@ -72,8 +72,8 @@ double NumberOf(const std::string& text, const std::string& flag) {
                    "', expected a number above 0");
 }
 
-// Accepts lengths from 0.1 mm to `most`, so that lengths given in millimetres
-// are rejected.
+// Accepts lengths from 0.1 mm to `most`, so that most lengths given in
+// millimetres are rejected.
 double MetresOf(double metres, const std::string& flag, double most) {
   constexpr double kLeastM = 1e-4;
   if (!(metres >= kLeastM && metres <= most)) {
@@ -372,8 +372,8 @@ void CheckLenses(const CalibrationInput& input,
 }
 
 // Throws for an unusable --out before minutes of work. To be called after
-// reading: the output may replace the input, and no folder is made for input
-// that cannot be read.
+// reading: only then is an --out that is itself an input refused, and no folder
+// is made for input that cannot be read.
 void CheckOutput() {
   const std::string path = WithFolders(FLAGS_out);
   AtomicFiles files;
@@ -400,7 +400,7 @@ void WriteCalibration(const RecordingCalibration& recording,
   SayNotes(lost_fields);
 }
 
-// The calibration and its verdict appear together. A refusal removes an older
+// The calibration and its report appear together. A refusal removes an older
 // calibration of the same name, unless it is a folder.
 void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
               const std::vector<std::string>& views,

@@ -7,7 +7,8 @@ if((CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LE
 ${CMAKE_CXX_COMPILER_VERSION}, but GCC 11 or Clang 14 is needed: set CXX=/path/to/a/newer/one")
 endif()
 
-# All libraries that the project links (third_party_notes.md), except pybind11.
+# All libraries that the project links directly (third_party_notes.md), except
+# those of the Python module (KinegraphPython.cmake).
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(glog REQUIRED)

@@ -1,5 +1,5 @@
-# The target `reference`: HTML pages of the public headers, by Doxygen. Any of its
-# warnings fails the target.
+# The target `reference`: HTML pages of the public headers, by Doxygen. Any warning
+# of Doxygen fails the target.
 find_package(Doxygen QUIET)
 find_package(Python3 COMPONENTS Interpreter QUIET)
 if(NOT DOXYGEN_FOUND OR NOT Python3_FOUND)

@@ -41,8 +41,8 @@ def plot(table, path):
 
 
 def nearest_truth(table, truth):
-    """For each row, the true row at the same time with the nearest centre of mass, if
-    that is within 0.5 m; else -1."""
+    """For each row, the true row at the same time (or in the same frame, if times are
+    missing) with the nearest centre of mass, if that is within 0.5 m; else -1."""
     instants = [np.round(1e3 * t.times_s) for t in (table, truth)]  # ms
     if not all(np.isfinite(times).all() for times in instants):
         instants = [table.frames, truth.frames]

@@ -132,8 +132,9 @@ Array ProjectPoints(const Camera& camera, const Array& points) {
 
 // ---- Detections -------------------------------------------------------------
 
-// (people, joints, 3) of x [px], y [px], confidence; NaN in any of these, or
-// (0, 0), which YOLO writes for joints it does not see, means not found.
+// (people, joints, 3) of x [px], y [px], confidence. A joint is not found if
+// any of these is not finite, or at exactly (0, 0), which YOLO writes for
+// joints it does not see.
 std::vector<Detection> DetectionsOf(const Array& people, int joint_count) {
   if (people.size() == 0) return {};
   if (people.ndim() != 3 || people.shape(1) != joint_count ||
@@ -689,7 +690,7 @@ LostFields WriteTracksAs(const Path& file, const TrackSequence& tracks,
     lost_fields.push_back("names of people are not kept");
   }
   if (found.name == "kinegraph") {
-    // Writes observations if the tracks have any, as `track` does.
+    // Matches and weights are written if the tracks have any.
     WriteTracks(path, tracks, {HasMatches(tracks), options.names});
   } else {
     found.write(path, tracks, options, &lost_fields);

@@ -10,11 +10,13 @@
 //   identity_accuracy --table=FILE [--json=FILE]
 //
 // A scene is a name in kLayouts, or the common beginning of several names such
-// as "6p_5c"; default: all. The counts of each recording are appended to FILE
-// of --lines, and --table sums all lines of such a file, so that a long table
-// can be computed in parts. --set changes the options of graph mode, which runs
-// configs/offline.toml with the block-tridiagonal solver; --scene changes the
-// simulation (scene.stature_sigma=0: all people have the same height).
+// as "6p_5c"; default: all. END is not included; the default is 1:2, one seed.
+// The counts of each recording are appended to FILE of --lines, and --table
+// sums all lines of such a file, so that a long table can be computed in parts.
+// --json also writes the figures to a file. --set changes the options of graph
+// mode, which runs configs/offline.toml with the block-tridiagonal solver;
+// --scene changes the simulation (scene.stature_sigma=0: all people have the
+// same height).
 // --second_pass also scores the tracks that `track` would write with linking
 // and a second pass; --linking_only omits paper mode. --details lists each
 // change of identities with the true people before and after it. --tracks
@@ -255,7 +257,7 @@ class TrueNames {
 };
 
 // Number of times that an identity belongs to one true person for kLasting and
-// then to another one for as long.
+// then to another one for as long, in matched frames.
 int LastingExchanges(const TrueNames& names, double rate_hz) {
   const auto lasting = static_cast<int64_t>(kLasting * rate_hz);
   int exchanges = 0;
@@ -363,7 +365,8 @@ TrackId NameAt(const TrueNames& names, TrackId id, int64_t frame, bool after,
   return most;
 }
 
-// Counts joins, and those that join tracks of different people.
+// Counts joins, those of tracks of different people, and those with a margin
+// below kClose; with `details`, prints each edit.
 void CountJoins(const TrackSequence& truth, TrackSequence tracks,
                 const std::vector<IdentityEdit>& edits, bool details,
                 Counts* counts) {
@@ -465,7 +468,7 @@ void PrintTable(std::map<Key, Counts> table) {
   }
 }
 
-// Writes the figures of the table except the switches, and the close joins.
+// Writes the figures of the table except the switches; also the close joins.
 void WriteJson(const std::string& path, std::map<Key, Counts> table) {
   std::ofstream file(path);
   file.precision(8);

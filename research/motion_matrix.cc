@@ -12,8 +12,8 @@
 //
 // --details adds to the JSON, per detector, coverage by acceleration and by
 // number of views, and errors by acceleration, with their ratio to those of the
-// strategy "robust" if it runs. Coverages and ratios have 95 % intervals: a
-// bootstrap over clips and seeds.
+// strategy "robust" if it runs; not for more than twelve strategies. Coverages
+// and ratios have 95 % intervals: a bootstrap over clips and seeds.
 //
 // --rest lets the person hold the first pose before the clip (AfterRest);
 // --joint_sway moves joint centres relative to the bones (WithJointSway).

@@ -3,9 +3,9 @@
 //   build/research/page_picture PAGE.html OUT.png WIDTHxHEIGHT[@RATIO][phone]
 //     [JAVASCRIPT]
 //
-// JAVASCRIPT sets the page's state: kinegraph.setFrame(30). If it contains
-// "dark", the page is shown in its dark colours. "phone" makes the viewport
-// that of a phone.
+// JAVASCRIPT sets the page's state, for example kinegraph.setFrame(30). If it
+// contains "dark", the page is shown in its dark colours. "phone" makes the
+// viewport that of a phone.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>

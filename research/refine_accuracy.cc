@@ -6,6 +6,9 @@
 //
 //   refine_accuracy [SEEDS] [FIRST_SEED] [FAULT] [--json=FILE]
 //
+// SEEDS: recordings per fault (3); FIRST_SEED: 70001 if omitted; FAULT: only
+// the faults whose names contain this text.
+//
 // Per fault: mean error of joints [mm] with the true, stated and refined
 // calibration, ratio of the refined to the true one, percentage of joints in
 // their 95 % ellipsoids after refinement, rms error of the refined parameters

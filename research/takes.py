@@ -56,7 +56,8 @@ def kinegraph(command, *words):
 
 def track(out, name, cameras, detections, *more):
     """Tracks with the configuration of `init`. Returns poses by frame and identity, the
-    number of identities, processor time [ms per person and frame], and arguments."""
+    number of identities, processor time [ms per person and frame], and the arguments
+    for tracking again."""
     words = ["--cameras=" + os.path.join(TAKES, cameras), "--detections=" + detections]
     config = f"{out}/{name}.toml"
     kinegraph("init", *words, *more, "--out=" + config)
@@ -142,8 +143,8 @@ def crowd(out, name):
 
 
 def by_take(out, name, label, measure):
-    """Runs the commands that evaluate_take.py --how prints; returns the figures of the
-    lines that begin with `label`."""
+    """Runs the commands that evaluate_take.py --how prints; returns the cells of a row:
+    `measure`, and the figures in the lines that begin with `label`."""
     environment = {**os.environ, "KG": DRIVER, "OUT": out, "PYTHONDONTWRITEBYTECODE": "1"}
     script = os.path.join(TAKES, "evaluate_take.py")
     commands = subprocess.run([script, name, "--how"], check=True, stdout=subprocess.PIPE,

@@ -70,7 +70,8 @@ struct EstimatorOptions {
 bool IsCausal(OutputKind kind, const EstimatorOptions& options);
 
 // A factory of one kind, whatever options.mode is. Data learnt from the
-// recording is kept in `notes`; null: in separate notes of the factory.
+// recording is kept in `notes`; null: in separate notes of the factory. Throws
+// OptionError if options.filters are invalid.
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
                             std::shared_ptr<RecordingNotes> notes = nullptr);
 

@@ -44,7 +44,8 @@ struct SmootherVariant {
 struct Smoother {
   OutputKind kind = OutputKind::kWindow;
   std::string name;  // value of the key output.estimator
-  // Whether a pose depends only on frames up to its own.
+  // Whether a pose depends only on frames up to its own (IsCausal). False for
+  // all estimators of the graph, even for the window with a lag of 0.
   std::function<bool(const EstimatorOptions&)> causal;
   // Data learnt from the recording is kept in `notes`; null: separately for
   // each estimator.

@@ -48,7 +48,8 @@ enum class TaskState {
 std::string FolderOf(const Task& task, const std::string& out);
 std::string FailureFile(const Task& task, const std::string& out);
 
-// State of that folder, whose task.json contains the fingerprint.
+// State of the folder FolderOf(task, out), whose task.json contains the
+// fingerprint. Throws InputError if task.json is unreadable or invalid.
 TaskState StateOf(const Task& task, const std::string& out);
 
 struct TaskOutcome {

@@ -5,7 +5,7 @@
 namespace kinegraph {
 
 // Applies --adapter; call before reading input. Commands that call this offer
-// the flag. Throws InputError if it does not name a file.
+// the flag. Throws InputError if the flag is set but does not name a file.
 void UseAdapterFlag();
 
 }  // namespace kinegraph

@@ -77,8 +77,9 @@ enum class CommandLineRequest { kRun, kHelp, kVersion };
 // --name=value, --name value, --name and --noname (booleans); "--" ends them.
 // In the value of a string flag a leading "~/" is replaced by the home folder.
 // Throws InputError for an unknown flag, a repeated one (except --set, whose
-// values are joined by ";"), a value that its type or validator rejects, and
-// for anything that is not a flag. Called by RunApp.
+// values are joined by ";"), a missing value, a value that the flag's type or
+// validator rejects, a value given to --noname, and for anything that is not a
+// flag. Stops at --help, -h and --version. Called by RunApp.
 CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments);
 
 // The output of --help: the command's own flags, required ones (outside the

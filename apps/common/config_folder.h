@@ -24,9 +24,9 @@ std::string ShippedConfig(const std::string& name);
 
 // Path of the configuration that a user names: an existing path, else one of
 // the project's configurations, with or without "configs/" in front
-// ("paper/shelf.toml"). Throws InputError that lists the project's
-// configurations if neither exists. Empty and absolute paths are returned
-// unchecked.
+// ("paper/shelf.toml"). If neither exists, throws InputError, which lists the
+// project's configurations for tracking and for synthetic scenes. Empty and
+// absolute paths are returned unchecked.
 std::string FindConfig(const std::string& path);
 
 // The options of a command: the configuration of --config, by default

@@ -13,7 +13,8 @@ namespace {
 
 constexpr const char* kUnknown = "unknown";
 
-// The text after `separator` in the first line that begins with `key`.
+// The text after `separator` in the first line that begins with `key`, without
+// surrounding blanks and quotes; kUnknown if there is none.
 std::string Field(const std::string& path, const std::string& key,
                   char separator) {
   if (!IsFile(path)) return kUnknown;

@@ -11,7 +11,8 @@
 // The same description gives the same bytes with one version of gnuplot.
 // Colours are those of Okabe and Ito (2008, "Color Universal Design"), which
 // colour-blind people can distinguish; series of points also differ in their
-// marks, and lines are dotted when all colours are in use.
+// marks, except clouds of more than 300 points, and lines are dotted when all
+// colours are in use.
 #ifndef KINEGRAPH_APPS_COMMON_PLOT_H_
 #define KINEGRAPH_APPS_COMMON_PLOT_H_
 

@@ -13,7 +13,7 @@ namespace {
 constexpr std::chrono::milliseconds kBetweenDrawings(100);
 // When not on a terminal.
 constexpr std::chrono::milliseconds kBetweenLines(30'000);
-constexpr size_t kMaxLineLength = 79;  // characters; a longer line would wrap
+constexpr size_t kMaxLineLength = 79;  // characters; fits 80 columns
 // Carriage return, then "erase to the end of the line" (ECMA-48 EL).
 constexpr char kWipe[] = "\r\033[K";
 

@@ -94,7 +94,7 @@ void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
   scene->duration_s = frames / scene->frame_rate_hz;
 }
 
-// ---- scene.json: the configuration, and the truth of each detection ----
+// ---- scene.json: configuration, people, and the truth of each detection ----
 
 std::string SixDigits(double value) {
   char text[32];

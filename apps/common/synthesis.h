@@ -36,9 +36,9 @@ struct SyntheticRecording {
 
 // Makes the recording of a configuration (TOML; empty: all defaults) with the
 // command line's changes (`set`: the value of --set). `motion`: tracks files
-// that replace the configuration's motion.clips. Clips determine frame rate and
-// duration unless these are set. Throws InputError naming file, line and
-// key.
+// that replace the configuration's motion.clips. Clips determine frame rate,
+// duration and joints unless these are set. Throws InputError naming file, line
+// and key.
 SyntheticRecording MakeRecording(const std::string& config_path,
                                  const std::string& set,
                                  const std::vector<std::string>& motion = {});
@@ -48,7 +48,8 @@ struct RecordingFiles {
   std::string cameras;     // cameras.json
   std::string detections;  // detections.jsonl
   std::string truth;       // truth.jsonl: tracks
-  std::string scene;       // scene.json: the truth behind each detection
+  // scene.json: the configuration, the people, and the truth of each detection.
+  std::string scene;
 };
 
 // Writes the four files and returns their paths; creates the folder if missing.

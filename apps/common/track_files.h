@@ -31,8 +31,8 @@ class TrackOutput {
   // Throws what CheckTrackOutput and AtomicFiles throw. `observations`: see
   // TrackWriteOptions. `markers` names the joints in formats that have marker
   // names; others keep kinegraph's names. Finish() estimates the vertical from
-  // `cameras` and people, and reports if the vertical of the format (or of
-  // `axes`) differs.
+  // `cameras` and people, and prints a note if it differs by more than 50
+  // degrees from the vertical of the format (or of `axes`).
   TrackOutput(const std::string& path, const TrackHeader& header,
               bool observations, const PersonNames& names, MarkerNames markers,
               const CameraRig& cameras, const std::optional<AxisMap>& axes);

@@ -92,8 +92,8 @@ DetectorSigma SigmaOf(const GraphOptions& options) {
 
 constexpr int kMaxRounds = 50;
 constexpr double kSettledPx = 0.01;
-// Two views agree on almost any point, so their residuals carry little
-// information.
+// A point triangulated from two views fits each detection exactly along its
+// epipolar line, so the residuals carry little information.
 constexpr int kMinViews = 3;
 
 // Residuals of one view, by coordinate.

@@ -155,8 +155,8 @@ struct RecordingInput {
 
 // Recordings of a manifest with `config` or, if that is empty, the manifest's
 // single configuration, whose mode `mode` overrides and whose set `set`
-// extends. Throws InputError unless there are at least two recordings and,
-// without `config`, exactly one configuration.
+// extends. Throws InputError, which names the manifest's `path`, unless there
+// are at least two recordings and, without `config`, exactly one configuration.
 std::vector<RecordingInput> RecordingsOf(const Manifest& manifest,
                                          const std::string& path,
                                          const std::string& config,

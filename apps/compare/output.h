@@ -16,8 +16,8 @@ namespace kinegraph {
 Json CompareJson(const CompareResult& result);
 // Tidy: one row per strategy and measure.
 std::string CompareCsv(const CompareResult& result);
-// One row per scored joint: its frame and each strategy's held-out error [px],
-// limited to cap_px; empty without a prediction.
+// One row per scored joint: its frame and each strategy's held-out error [px];
+// empty without a prediction and for errors of cap_px or more.
 std::string ErrorsCsv(const CompareResult& result);
 // One row per strategy, joint ("all": together) and subset of the frames:
 // errors of velocity and acceleration. Requires a ground truth.
@@ -31,7 +31,7 @@ std::string RuntimeTable(const CompareResult& result);
 
 // Lists the strategies that are better than the baseline by held-out error, not
 // significantly different (the interval of the difference contains zero), and
-// worse.
+// worse; then the same for the joints that every strategy predicts.
 std::string RankingText(const CompareResult& result);
 
 // The strategies that remove motion or keep noise significantly, with the
@@ -50,8 +50,8 @@ std::string RecommendedToml(const CompareResult& result);
 // The keys of `options` that differ from their defaults, one per line.
 std::string ChangedKeysToml(const RunOptions& options);
 
-// For a terminal, at most 100 columns: one row per strategy, the verdict, and
-// the files of `folder` that hold the rest.
+// For a terminal, at most 100 columns: one row per strategy, the verdict,
+// BalanceSentences, and the files of `folder` that hold the rest.
 std::string Digest(const CompareResult& result, const std::string& folder);
 
 // What is shown in plots that have no room for everything.

@@ -177,8 +177,8 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
   scores->held_out_consistency = HeldOutConsistency(held_out);
 }
 
-// Writes the held-out errors of one camera in every fold to `parts` [fold,
-// view], and adds its spectra.
+// Appends the held-out errors of one camera in each fold to `parts` (at index
+// fold * views + view) and, with a `balance`, adds the camera's spectra.
 void ScoreView(const Comparison& comparison, const Strategy& strategy,
                const FoldValues& values, size_t view,
                const BalanceBasis* balance, std::vector<HeldOutScores>* parts,
@@ -614,13 +614,14 @@ std::vector<StrategyScores> ScoreStrategies(
   std::vector<StrategyScores> all(strategies.size());
   const size_t views = comparison.views().size();
   const size_t folds = comparison.folds.size();
-  // Work items of a strategy: one run without each camera, and one with all.
+  // Work items of a strategy: its runs without each camera in turn, and those
+  // with all cameras.
   const size_t pieces = views + 1;
   // Scoring counts as one more step.
   Progress progress(what,
                     static_cast<int64_t>(strategies.size() * (pieces + 1)));
-  // One strategy at a time, so that the tracks and held-out errors of only one
-  // are in memory.
+  // One strategy at a time, so that the tracks with covariances and the
+  // HeldOutScores of only one are in memory.
   for (size_t s = 0; s < strategies.size(); ++s) {
     StrategyScores& scores = all[s];
     std::vector<HeldOutScores> parts(views * folds);

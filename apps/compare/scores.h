@@ -74,7 +74,8 @@ struct BalanceBasis;  // input of the smoothing balance (scores.cc)
 
 // Runs and scores the strategies one after another, each on all threads of the
 // comparison. Lags are not filled in here but by Score(). Results do not depend
-// on the number of threads. `what` labels the progress.
+// on the number of threads. `what` labels the progress. Without `balance`, the
+// smoothing balance is not computed.
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const std::string& what,
@@ -99,7 +100,7 @@ inline constexpr char kHeldOut[] = "held_out_mean_px";  // a key of Measure
 // One figure of one strategy.
 struct Measure {
   std::string key;    // "held_out_mean_px"
-  std::string title;  // "held-out error, mean"
+  std::string title;  // "held-out error, mean of min(error, 30 px)"
   std::string unit;
   int decimals = 2;
   bool less_is_better = true;

@@ -227,8 +227,8 @@ BatchColumn StudyMeans(const Study& study, size_t s) {
   return column;
 }
 
-// The difference from the baseline of one strategy; nullopt: for each
-// recording, of the strategy chosen on the others.
+// The difference from the baseline: of one strategy or (nullopt), in each
+// recording, of the strategy chosen on the other recordings.
 BatchSummary DifferenceOf(const Study& study, std::optional<size_t> strategy) {
   BatchColumn column;
   for (const StudyRecording& recording : study.recordings) {

@@ -26,12 +26,13 @@ using PointErrors = std::vector<RatioUnit>;
 
 // The point with the least mean over recordings of the recording's mean error,
 // ignoring the recording `left_out` (-1: none). Excludes points that cannot be
-// run on one of these recordings; nullopt if no point remains.
+// run on all of these recordings; nullopt if no point remains.
 std::optional<size_t> BestPoint(const std::vector<PointErrors>& recordings,
                                 int left_out);
 
-// Scores of a strategy on one recording, with values chosen on the others or,
-// without tuning, those of the configuration.
+// Scores of a strategy on one recording, with values chosen on the others.
+// Without tuning, or if no values could be run on all others, the values are
+// those of the configuration.
 struct StudyScore {
   std::string refused;  // empty: it ran
   StrategyValues values;

@@ -61,7 +61,8 @@ struct ParameterFile {
 void WriteParameters(const std::vector<Strategy>& strategies,
                      const ParameterFile& parameters, const std::string& path);
 // Values absent from the file are those of the configuration. Throws InputError
-// naming file and key.
+// for an unreadable file, an unknown key, an invalid value, or the frames of
+// only one fold.
 ParameterFile ReadParameters(const std::string& path,
                              const std::vector<Strategy>& strategies,
                              double rate_hz, const EstimatorOptions& options);

@@ -151,7 +151,8 @@ Json AlignmentJson(const Alignment& alignment) {
 
 std::string Mm(double metres) { return Fixed(kMm * metres, 1); }
 
-// Whole millimetres of three axes, "+3 -12 +0"; "-" for a missing one.
+// Whole millimetres along three axes, "+3 -12 +0" if signed; "-" for a missing
+// value.
 std::string AxesMm(const Eigen::Vector3d& metres, bool is_signed) {
   std::string text;
   for (const double m : metres) {

@@ -26,7 +26,7 @@ struct Moment {
   TimeNs time = 0;
   TrackId id;
   double value = 0.0;
-  std::string detail;  // the joint, bone or view
+  std::string detail;  // the joint, bone or view; empty for other kinds
 };
 
 // Selects at most `count` outliers of `moments`, which are of one kind: the

@@ -53,7 +53,7 @@ Json ReadDoctorJson(const std::string& text, const std::string& file);
 
 // Removes findings of the doctor that the configuration of a result already
 // corrects: it sets the keys of the fix, or refines the parameter concerned.
-// Sets "mended" if there are any.
+// Sets "mended" to true if any finding is removed.
 void LeaveOutMended(const std::string& config_json, Json* doctor);
 
 // The page's sources, embedded into the program by embed.cmake.

@@ -80,7 +80,8 @@ struct PageData {
   size_t frames = 0;     // on the page's clock
   size_t poses = 0;      // of all results
   int frame_stride = 1;  // 2: every second frame is kept
-  // 2: every second kept frame has detections, weights and covariances.
+  // 2: every second kept frame has detections, matches, weights and
+  // covariances.
   int extras_stride = 1;
   size_t moments = 0;  // entries of the page's list "Worst moments"
   // Sizes of the parts of `json` other than the poses [bytes].

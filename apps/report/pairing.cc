@@ -9,8 +9,8 @@
 namespace kinegraph {
 namespace {
 
-// People and detections with fewer common joints are not compared, unless their
-// skeletons have no more.
+// A person and a detection with fewer common joints are not compared. If the
+// skeletons share fewer joints, all of those are required.
 constexpr int kMinSharedJoints = 3;
 // Without matches, a detection farther away than this fraction of the image
 // diagonal belongs to another person.

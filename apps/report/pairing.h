@@ -16,13 +16,14 @@ namespace kinegraph {
 // The detection of one person in one view.
 struct ViewPair {
   int detection = -1;  // position in the view's list; -1: none
-  // Mean over found joints that are not rejected.
+  // Mean over found joints that are not rejected; none if these are too few.
   std::optional<double> residual_px = {};
 };
 
 // Pairs the people of a frame with its detections: by the matches in the tracks
 // if anyone in the frame has any, else one to one in each view, in ascending
-// order of the mean pixel distance.
+// order of the mean pixel distance, which must be below 5 % of the image
+// diagonal (50 px if the image size is unknown).
 class DetectionPairing {
  public:
   // `cameras` are in the order of the detections' views.

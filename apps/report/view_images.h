@@ -57,7 +57,8 @@ struct EmbeddedPictures {
 // of the first result into `input`, JPEG and PNG unchanged; as many frames as
 // fit into `max_bytes` of Base64 text, evenly spaced. After each embedded
 // frame, calls `step` with the number of frames done so far, which includes the
-// frames skipped before the next embedded one.
+// frames skipped before the next embedded one. Throws InputError for a file
+// that is neither JPEG nor PNG or is larger than 200 MiB.
 EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
                                size_t max_bytes,
                                const std::function<void(int64_t frames)>& step,

@@ -191,7 +191,8 @@ std::optional<std::string> FindCalibration(const std::string& root,
 }
 
 // An official download (docs/official_data.md); nullopt if no folder has one of
-// the names, or if it has no actorsGT.mat.
+// the names, or if it has no actorsGT.mat. Throws InputError if it has no
+// calibration or no detections.
 std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
                                      const std::vector<std::string>& names) {
   const auto folder = FirstOf(root, "", names);
@@ -227,8 +228,9 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
       {frames},
       shelf ? ShelfProtocol() : CampusProtocol()};
   std::vector<Method> methods = shelf ? ShelfMethods() : CampusMethods();
-  // The official data contain the frames before the first scored one, so the
-  // first frame is not repeated: such methods are left out or changed.
+  // The official data contain the frames before the first scored one, so no
+  // method needs to repeat the first frame: methods that do so are left out or
+  // changed.
   const auto is_warmed = [](const Method& method) {
     return method.name == "paper mode, text, warmed up";
   };

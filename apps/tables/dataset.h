@@ -114,8 +114,8 @@ struct BenchmarkData {
 
 // Finds the benchmarks in `folder`, each in the developers' layout (below
 // shelf/ or campus/) or as an official download (docs/official_data.md). Throws
-// InputError listing the expected files if there is none, or if a download is
-// incomplete.
+// InputError listing the expected files if there is none, or if a download with
+// actorsGT.mat lacks a calibration or detections.
 BenchmarkData FindBenchmarks(const std::string& folder, const std::string& set);
 
 // Reads the recording with the configuration of a method.

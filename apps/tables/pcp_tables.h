@@ -1,6 +1,7 @@
-// The paper's tables of PCP beside new measurements: all tracks of a benchmark
-// are made or read once and scored with every head conversion and both rules
-// for the ends of a part.
+// The paper's tables of PCP beside new measurements. All tracks of a benchmark
+// are made or read once and scored with both rules for the ends of a part; the
+// table by actor also scores tracks of several people with every head
+// conversion.
 #ifndef KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 #define KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 
@@ -74,7 +75,8 @@ TableOutput ActorTable(const std::string& title,
                        const TrackedBenchmark& tracked,
                        const PcpProtocol& protocol);
 
-// PCP by body part, pooled over the headline's actors and as their mean.
+// PCP by body part, pooled over the actors of the headline score and as the
+// mean over these actors.
 TableOutput PartsTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,

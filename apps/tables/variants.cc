@@ -216,7 +216,7 @@ TableOutput SweepTable(const std::string& title,
 // ---- Runtime
 
 constexpr int kRepetitions = 11;     // at most; the median is reported
-constexpr double kMaxSeconds = 5.0;  // per method, after its second repetition
+constexpr double kMaxSeconds = 5.0;  // per method; at least two repetitions
 
 struct TimedMethod {
   const BenchmarkRecording* recording;
@@ -466,8 +466,8 @@ std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps) {
     double shift = -kBarShift;
     for (const Sweep& sweep : sweeps) {
       if (sweep.parameter != parameter.name) continue;
-      // The section's heading names the set, so the legend shows only the rest:
-      // "modelled hard" for "Campus, modelled hard".
+      // The section's heading names the benchmark, so the legend shows only the
+      // rest: "modelled hard" for "Campus, modelled hard".
       const std::string& name = sweep.dataset.name;
       const size_t comma = name.find(", ");
       PlotSeries line = {

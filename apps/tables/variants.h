@@ -31,9 +31,9 @@ struct AblationCell {
 // its own.
 std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
 
-// The paper's bars: the gain of each component over the baseline, with the
-// paired interval; a panel for all parts and one for the lower arms, each as
-// the mean over actors.
+// The paper's bars: the difference of each of the three other combinations from
+// the baseline, with the paired interval; a panel for all parts and one for the
+// lower arms, each as the mean over actors.
 struct AblatedRecording {
   std::string name;
   std::vector<AblationCell> cells;  // from RunAblation
@@ -95,8 +95,8 @@ Sweep RunSweep(const LoadedDataset& loaded, const SweptParameter& parameter);
 // One panel per parameter, one line per recording.
 std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps);
 
-// Varies every parameter of the first method of every recording. Writes figures
-// below the folder `out`.
+// Tracks every recording by its first method, with each of SweptParameters()
+// varied in turn. Writes figures below the folder `out`.
 TableOutput SensitivityTable(const BenchmarkData& data, const std::string& out);
 
 // ---- Runtime

@@ -38,8 +38,8 @@ struct AssociationOptions {
   // for this long after the last update and then to stand still. 0: expected at
   // the last position, as in the paper.
   double prediction_s = 0.2;
-  // Of 17: common joints that must have a positive affinity. Where joints are
-  // missing, the same share of the joints that both poses have.
+  // part only. Of 17: common joints that must have a positive affinity. Where
+  // joints are missing, the same share of the joints that both poses have.
   double epsilon_joints = 10.0;
   // Of 17: a pair with fewer common joints cannot match. Graph mode, unless
   // max_speed is 0 or the affinity is cross_view: four suffice if all common

@@ -36,9 +36,9 @@ class ViewTracklets {
               double longest_pause_s);
 
   // The track that owns the tracklet of this detection, by the detection's
-  // index in the last Follow. nullopt if the track last matched with the
-  // tracklet was matched for less than 0.2 s or more than 2 s ago, or if there
-  // is none.
+  // index in the last Follow. nullopt if the tracklet was never matched, if the
+  // matches with its last track span less than 0.2 s, or if the last match is
+  // more than 2 s old.
   std::optional<TrackId> OwnerOf(size_t observation_idx) const;
   // To be called when the detection was matched with a track and agrees with
   // another view of the track.
@@ -49,7 +49,8 @@ class ViewTracklets {
     TimeNs time = 0;  // of the newest detection
     std::vector<Keypoint> joints;
     Eigen::AlignedBox2d box;
-    // The last track matched with it, and the first and last time it was.
+    // The track last matched with the tracklet, and the times of the first and
+    // the last of these matches.
     TrackId owner;
     TimeNs since = 0;
     TimeNs until = 0;

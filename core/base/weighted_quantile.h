@@ -10,8 +10,8 @@ namespace kinegraph {
 // A value and its weight >= 0.
 using WeightedValue = std::pair<double, double>;
 
-// The least value at or below which `share` of the weight lies. `values` must
-// not be empty.
+// The least value at or below which at least `share` of the weight lies.
+// `values` must not be empty.
 double WeightedQuantile(std::vector<WeightedValue> values, double share);
 
 // The weighted median: the mean of two neighbours where exactly half lies on

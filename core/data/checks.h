@@ -1,5 +1,5 @@
-// Checks that frames of detections match their header, and that a run's results
-// are plausible.
+// Checks of detections and of cameras' names, and of the plausibility of a
+// run's results.
 #ifndef KINEGRAPH_CORE_DATA_CHECKS_H_
 #define KINEGRAPH_CORE_DATA_CHECKS_H_
 
@@ -45,14 +45,14 @@ class PoseCheck {
   explicit PoseCheck(const CameraRig& cameras);
 
   // Throws std::logic_error naming frame, person and joint unless all positions
-  // are finite and within a billion times the extent of the cameras, and each
-  // covariance is finite, symmetric and, up to rounding, positive semidefinite
-  // but not zero.
+  // are finite and, unless all cameras coincide, within a billion times the
+  // extent of the cameras, and each covariance is finite, symmetric and, up to
+  // rounding, positive semidefinite but not zero.
   void Require(const TrackHeader& header, const TrackFrame& frame) const;
 
  private:
   Eigen::Vector3d centre_m_ = Eigen::Vector3d::Zero();  // of the cameras
-  double farthest_m_ = 0.0;  // greatest plausible distance from there
+  double farthest_m_ = 0.0;  // greatest plausible distance from centre_m_
 };
 
 }  // namespace kinegraph

@@ -23,8 +23,8 @@ struct Observation {
   // One per joint of the tracks' skeleton. Raw pixels, for comparison with
   // projections and for gates.
   std::vector<Keypoint> joints;
-  // One per joint, for epipolar distance and DLT; valid where the joint is
-  // found.
+  // Undistorted pixels, one per joint, for rays, epipolar distances and DLT;
+  // valid where the joint is found.
   std::vector<Eigen::Vector2d> ideal_px;
   // Computed over the association joints (Skeleton::association_joints), so
   // that feet and hands do not outvote the body.

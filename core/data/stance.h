@@ -56,7 +56,7 @@ class Stance {
   std::optional<Eigen::Vector3d> Up(const UpEvidence& known = {}) const;
 
   // Up(known), if there are people and the result differs from `up`, a unit
-  // vector, by more than 50 degrees.
+  // vector, by more than 50 degrees; otherwise nullopt.
   std::optional<Eigen::Vector3d> UpUnlike(const Eigen::Vector3d& up,
                                           const UpEvidence& known = {}) const;
 

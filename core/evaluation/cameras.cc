@@ -55,7 +55,8 @@ WorldAlignment Align(const CameraPairs& pairs, bool with_scale) {
   const Eigen::Matrix3Xd from_mean = found.colwise() - found_mean;
   const Eigen::Matrix3Xd true_from_mean = truth.colwise() - true_mean;
   // The alignment is the rotation nearest to this sum: of outer products of the
-  // centres or, if they are collinear, of the cameras' relative rotations.
+  // centres or, if they are nearly collinear, of each camera's rotation from
+  // the found to the true world.
   const bool on_a_line = OnALine(from_mean) || OnALine(true_from_mean);
   const Matrix3d sum =
       on_a_line ? turns : Matrix3d(true_from_mean * from_mean.transpose());

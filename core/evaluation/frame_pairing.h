@@ -55,9 +55,10 @@ FramePairing PairFrames(const TrackSequence& truth, const TrackSequence& tracks,
                         const PairingNames& names = {});
 
 // Renumbers the frames of `recording` (`names.truth`) like those of `lead`
-// (`names.tracks`) at the same instants; frames between those of the lead are
-// dropped. No change if frames are paired by number. Returns the notes. Throws
-// as PairFrames does.
+// (`names.tracks`) at the same instants. Frames between those of the lead are
+// dropped, and so are all but the first of frames that get the same number. No
+// change if frames are paired by number. Returns the notes. Throws as
+// PairFrames does.
 std::vector<std::string> NumberFramesLike(const TrackSequence& lead,
                                           const PairingNames& names,
                                           TrackSequence* recording);

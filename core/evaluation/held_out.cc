@@ -72,8 +72,8 @@ std::map<int64_t, FramePair> PairRuns(const TrackSequence& reference,
   for (const FramePair& pair : pairing.pairs) {
     if (pair.tracks != nullptr) frames[pair.frame] = pair;
   }
-  // At different rates PairFrames leaves out frames of the reference, but every
-  // detection of the set must be scored.
+  // At different rates PairFrames leaves out frames of the reference that lie
+  // between those of the run, but every detection of the set must be scored.
   if (frames.size() < reference.frames.size()) {
     throw InputError(fmt::format(
         "the run has {:.5g} Hz, the reference {:.5g} Hz: expected equal "

@@ -79,7 +79,8 @@ struct HeldOutRules {
 // the run are paired with those of the reference by `rules`. A prediction
 // farther away than the cap counts as none, except in normalised_squared.
 // Throws InputError when the set refers to a frame, detection or person that
-// does not exist, or when the rates of run and reference differ.
+// does not exist, or when the rates of run and reference differ so that frames
+// of the reference lie between those of the run.
 void ScoreHeldOutCamera(const HeldOutSet& set,
                         const DetectionSequence& detections, int view_idx,
                         const Camera& camera, const TrackSequence& reference,

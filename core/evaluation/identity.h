@@ -80,7 +80,7 @@ struct IdentityResult {
 // - Frames that it does not contain are not scored; a frame that it contains
 //   without people is empty.
 // - A true person without an observed joint is hidden: not finding them is no
-//   miss, and a pose at their position is not scored.
+//   miss, and an unmatched pose at their position is not scored.
 // - With Annotated::kSome a pose that is not within the gate of any annotated
 //   person is not scored. A second pose on an annotated person is a false
 //   positive.

@@ -286,7 +286,7 @@ std::vector<RatioSeries> PowerSeries(const TrackSequence& tracks,
   constexpr double kSegmentS = 2.0;  // frequency resolution: 1 / kSegmentS
   std::vector<RatioSeries> all(people.size());
   if (rate_hz <= 2.0 * kCutoffHz) return all;
-  // Even, so that segments overlap by exactly half.
+  // The length of a segment is even, so that segments overlap by exactly half.
   const int half =
       std::max(2, static_cast<int>(std::lround(0.5 * kSegmentS * rate_hz)));
   const int length = 2 * half;
@@ -324,12 +324,12 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
       std::max(2, static_cast<int>(std::ceil(kMaxLagS * rate_hz)));
   const JointPairs joints =
       CommonBodyJoints(reference.header.skeleton, tracks.header.skeleton);
-  // The reference is sampled at the common instants, which may be several
-  // frames of the tracks apart.
+  // The frames that both have may be several frames of the tracks apart:
+  // displacements are taken over `stride`, their least distance.
   const FramePairing pairing = PairFrames(reference, tracks);
   std::map<TrackId, Poses> true_people;
   int64_t stride = 0;
-  std::optional<int64_t> last;  // common instant
+  std::optional<int64_t> last;  // frame that both have
   for (const FramePair& both : pairing.pairs) {
     if (both.truth == nullptr) continue;
     for (const PersonPose& person : both.truth->people) {

@@ -33,7 +33,7 @@ struct JointError {
   int64_t count = 0;
   double raw_m = 0.0;
   // Median of found minus true along each axis of the body frame (right,
-  // forward, up).
+  // forward, up), over the people who have one; 0 if there are none.
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
   double bias_removed_m = 0.0;
 };
@@ -72,9 +72,10 @@ std::optional<Eigen::Matrix3d> BodyFrame(const Pose3d& pose,
                                          const Skeleton& skeleton,
                                          const Eigen::Vector3d& up);
 
-// Distances of the found joints to the true ones [m] after Procrustes alignment
-// of the pose (rotation, translation, scale; Umeyama 1991), over the joints
-// that both have. Nothing for fewer than three joints, which always fit.
+// Sum [m] and number of the distances between found and true joints after
+// Procrustes alignment of the pose (rotation, translation, scale; Umeyama
+// 1991), over the joints that both poses have. Zeros for fewer than three
+// joints, which always fit.
 RatioUnit AlignedError(const Pose3d& truth, const Pose3d& found,
                        const JointPairs& joints);
 
@@ -89,8 +90,8 @@ MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
 // ---- Reported covariances against actual errors
 
 struct Consistency {
-  // Errors within the 95 % ellipse or ellipsoid. A covariance that is not
-  // positive definite contains none.
+  // Errors within the 95 % ellipsoid. A covariance that is not positive
+  // definite contains none.
   Share covered;
   // Normalised estimation error squared, mean per degree of freedom over the
   // positive definite covariances: 1 for correct ones, larger for too small

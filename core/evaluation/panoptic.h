@@ -31,13 +31,14 @@ struct PanopticResult {
 
 // Each found pose is assigned the true person of its frame with the least mean
 // distance over the common joints among the first fifteen of the Panoptic
-// skeleton. Poses are sorted by descending score (in order, if the tracks have
-// no scores). For each true person the first pose within the threshold is
-// correct and every other pose a false positive. Precision is made monotonic
-// from the right before it is integrated over recall. A skeleton without neck
-// or mid-hip gets the middle of the shoulders or hips. True people without
-// mid-hip, frames without true people, and true joints that are not observed
-// (confidence of at most 0.1) are left out.
+// skeleton; a pose without common joints is a false positive. Poses are sorted
+// by descending score (in order, if the tracks have no scores). For each true
+// person the first pose within the threshold is correct and every other pose a
+// false positive. Precision is made monotonic from the right before it is
+// integrated over recall. A skeleton without neck or mid-hip gets the middle of
+// the shoulders or hips. True people without mid-hip, frames without true
+// people, and true joints that are not observed (confidence of at most 0.1) are
+// left out.
 PanopticResult EvaluatePanoptic(const TrackSequence& truth,
                                 const TrackSequence& tracks,
                                 const PanopticOptions& options = {});

@@ -462,7 +462,7 @@ PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
   PcpResult result;
   result.protocol = protocol;
   const FramePairing pairing = PairFrames(truth, tracks, protocol.frames);
-  constexpr double kCampusHz = 25.0;  // where the tracks state no rate
+  constexpr double kCampusHz = 25.0;  // if the rate of the tracks is unknown
   const FrameClock clock(pairing.tracks_rate_hz > 0.0 ? pairing.tracks_rate_hz
                                                       : kCampusHz);
   for (const FramePair& both : pairing.pairs) {

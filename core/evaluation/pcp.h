@@ -52,8 +52,9 @@ enum class HeadConversion {
 // "chu", "mvpose", "voxelpose_campus", "voxelpose_shelf", "4d", "raw".
 const char* ToString(HeadConversion conversion);
 
-// By the name of a command's flag: chu, mvpose, voxelpose, 4d, raw. "voxelpose"
-// selects the Campus form if `campus`. nullopt for another name.
+// By the value of the flag --head: chu, mvpose, voxelpose, 4d, raw. "voxelpose"
+// selects the Campus form if `campus`, else the Shelf form. nullopt for another
+// name.
 std::optional<HeadConversion> HeadConversionByName(const std::string& name,
                                                    bool campus);
 

@@ -96,7 +96,7 @@ class SmoothingSpectra {
   // Adds the spectra of other cameras.
   void Merge(const SmoothingSpectra& other);
 
-  // The balance of that joint of all people. The excess of the squared error
+  // The balance of a joint over all people. The excess of the squared error
   // over the attainable one counts as noise kept if E[a* a] - |E[u* a]|, summed
   // over the bands, is at least half of the excess: the sum is 0 for the Wiener
   // filter and at most 0 if motion is removed or delayed and no noise kept.

@@ -30,10 +30,11 @@ struct CameraParameters {
 // Immutable, so it may be shared between threads.
 class Camera {
  public:
-  // Throws OptionError when K is singular or not an upper-triangular matrix
-  // with positive focal lengths and K(2,2) = 1 (all within 1e-6), R deviates
-  // from a rotation by more than 1e-3 (smaller deviations, from rounding in
-  // files, are removed), the size is negative, or a number is not finite.
+  // Throws OptionError when a focal length is not positive, K is not upper
+  // triangular with K(2,2) = 1 (within 1e-6; K(1,0) relative to the focal
+  // length), R R' deviates from the identity by more than 1e-3 (smaller
+  // deviations, from rounding in files, are removed), R is a reflection, the
+  // size is negative, or a number is not finite.
   explicit Camera(CameraParameters parameters);
 
   const std::string& name() const { return parameters_.name; }

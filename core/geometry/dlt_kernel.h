@@ -1,7 +1,7 @@
 // The arithmetic of the direct linear transformation over T: a double
-// (triangulation.h, one point at a time) or a pack of them (core/base/pack.h,
-// used by dlt_lanes.h). Included by files that are compiled for one instruction
-// set each, so it must not use Eigen.
+// (triangulation.h, one point at a time) or a pack of doubles (dlt_lanes.h).
+// Included by files that are compiled for one instruction set each, so it must
+// not use Eigen.
 #ifndef KINEGRAPH_CORE_GEOMETRY_DLT_KERNEL_H_
 #define KINEGRAPH_CORE_GEOMETRY_DLT_KERNEL_H_
 

@@ -19,7 +19,8 @@ struct LaneView {
 };
 
 struct TriangulationOptions {
-  double min_angle_rad = 1e-4;   // minimum angle between two rays at the point
+  // Some ray must differ from the first one by more than this angle.
+  double min_angle_rad = 1e-4;
   bool require_in_front = true;  // of every camera that measured the point
 };
 

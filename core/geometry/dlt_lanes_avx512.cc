@@ -1,4 +1,4 @@
-// Compiled for AVX-512; empty on other architectures.
+// Compiled for AVX-512; empty on architectures other than x86-64.
 #if defined(__x86_64__)
 #ifndef __AVX512F__
 #error "not compiled for AVX-512: see kinegraph_lanes in KinegraphTargets.cmake"

@@ -79,7 +79,7 @@ class FisheyeLens final : public Lens {
 // nullptr (an ideal pinhole) for "pinhole" and "opencv5" with only zeros; a
 // fisheye lens of zeros is no pinhole. Throws OptionError for an unknown model
 // or wrong parameters: "pinhole" takes only zeros, "opencv5" 0, 2, 4 or 5
-// numbers, "opencv_fisheye" up to 4.
+// finite numbers, "opencv_fisheye" up to 4.
 std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters);
 

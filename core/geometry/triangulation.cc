@@ -8,8 +8,8 @@
 namespace kinegraph {
 namespace {
 
-// The unit vector X that minimises |A X|; by an SVD of R where the squarings do
-// not converge.
+// The unit vector X that minimises |A X|; by an SVD of R where the iteration of
+// SmallestSingularVector does not converge.
 Eigen::Vector4d Solve(RowReducer<double>* rows) {
   rows->Reduce();
   Eigen::Vector4d vector;

@@ -33,8 +33,8 @@ class BoneModel {
   // shoulder to hip; all bones if the skeleton has at most three joints.
   explicit BoneModel(const Skeleton& skeleton);
 
-  // From the frames outside of contacts (Tracklet::clean_begin; all if there
-  // are none), using only joints observed by two views.
+  // From the frames outside of contacts (Tracklet::clean_begin; all frames if
+  // none is outside), using only joints observed by two or more views.
   BoneSamples Measure(const Tracklet& tracklet) const;
   // Learns from all tracklets how much the samples of one person differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
@@ -61,7 +61,7 @@ class BoneModel {
                            // out over time
   };
   std::vector<KeptBone> bones_;
-  // Standard deviation of the log length over one second, by bone.
+  // Standard deviation of the log length of an interval of a second, by bone.
   std::vector<double> piece_sigma_;
 };
 

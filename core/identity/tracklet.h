@@ -89,8 +89,7 @@ struct MotionState {
   TimeNs time = 0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // of the trunk, world
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
-  // From the person's right to left, perpendicular to the heading; zero:
-  // unknown.
+  // Mean of TrackletFrame::across_m over the fitted frames; zero: unknown.
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
   LimbPosture posture = {};  // in the outermost frame
 };

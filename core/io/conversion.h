@@ -31,7 +31,8 @@ struct Conversion {
 };
 
 // Creates the parent folder of `out`. Throws InputError naming flag or file,
-// and std::runtime_error if writing fails, for instance if the disk is full.
+// OptionError for wrong values of keys that only reading reveals, and
+// std::runtime_error if writing fails, for instance if the disk is full.
 Conversion Convert(const ConversionOptions& options);
 
 // One line per format: kind, name, supported operations, description.

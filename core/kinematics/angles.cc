@@ -249,9 +249,9 @@ Eigen::Matrix2d PlaneCovariance(const AngleBetween& rule, const Pair& pair,
   return covariance;
 }
 
-// An angle between two directions is never below 0: for nearly collinear
-// directions the error perpendicular to the plane adds to the angle, and half
-// the interval is the radius of a disc.
+// An angle between two directions is within 0 .. 180 degrees: for nearly
+// collinear directions the error perpendicular to the plane moves the angle
+// away from that end, and half the interval is the radius of a disc.
 void AddInterval(const AngleBetween& rule, const Pair& pair,
                  const std::vector<Matrix3d>& covariances,
                  AngleEstimate* estimate) {

@@ -1,8 +1,10 @@
-// Joint angles from positions alone, each with its 95 % interval.
+// Joint angles from positions alone, with 95 % intervals if the joints have
+// covariances.
 //
-// Axes follow the ISB: X forward, Y up, Z to the person's right; 0 is upright
-// standing with hanging arms. docs/kinematics.md has every definition and
-// explains what positions cannot determine.
+// Axes follow the ISB: X forward, Y up, Z to the person's right. In upright
+// standing with hanging arms all angles are 0 but shoulder_plane, which is
+// undefined. docs/kinematics.md has every definition and explains what
+// positions cannot determine.
 #ifndef KINEGRAPH_CORE_KINEMATICS_ANGLES_H_
 #define KINEGRAPH_CORE_KINEMATICS_ANGLES_H_
 

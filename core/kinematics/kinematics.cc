@@ -99,8 +99,8 @@ bool HasCovariances(const TrackSequence& tracks) {
   return false;
 }
 
-// The median time between two frames [ns]; 0 if times do not increase or there
-// is only one frame.
+// The median time between consecutive frames [ns]; 0 if that is not positive or
+// there are fewer than two frames.
 TimeNs FrameTime(const TrackSequence& tracks) {
   std::vector<TimeNs> steps;
   for (size_t k = 1; k < tracks.frames.size(); ++k) {

@@ -42,7 +42,8 @@ struct KinematicsRow {
 struct KinematicsTable {
   // The direction used; if unknown, all columns that depend on it are absent.
   std::optional<Eigen::Vector3d> up;
-  bool has_times = false;           // times increase; else no speeds or paths
+  // The median step between frames is positive; else no speeds or paths.
+  bool has_times = false;
   std::vector<std::string> angles;  // names, without unit
   std::vector<std::string> columns;
   std::vector<KinematicsRow> rows;  // by frame, then in the order of its people

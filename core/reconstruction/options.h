@@ -70,8 +70,8 @@ struct InitialisationOptions {
   double min_common_joints = 10.0;
   // Triangulated joints that a new person must have, of 17, scaled likewise.
   double min_joints = 10.0;
-  // weighted_distance: a pair with a cost above 1 in any member view is vetoed
-  // after the assignment when the detection's mean confidence is above this.
+  // weighted_distance: a detection assigned to a group is rejected if its cost
+  // with any member of the group is above 1 and its mean confidence above this.
   // The authors' value, not a key.
   double veto_confidence = 0.5;
 

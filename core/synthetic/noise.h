@@ -81,7 +81,8 @@ struct NoiseOptions {
   double drop_burst_s = 0.0;        // mean length; 0: independent
   // How much later each camera captures; 0 for cameras without an entry.
   std::vector<double> clock_offset_s;
-  double time_jitter_s = 0.0;  // standard deviation of the frame times
+  // Standard deviation of the frame times from the nominal ones.
+  double time_jitter_s = 0.0;
   bool tell_times = true;  // false: nominal times, without offset and jitter
 
   const JointNoise& Of(JointClass joint_class) const;

@@ -56,7 +56,7 @@ class SlowGaussian {
 // (Lewis, McKenzie and Hugus 1989: beta-gamma autoregression).
 class SlowStudentScale {
  public:
-  // `degrees_of_freedom` > 2.
+  // `rho`: correlation of g in neighbouring frames; `degrees_of_freedom` > 2.
   double Step(double rho, double degrees_of_freedom, Random* random);
 
  private:

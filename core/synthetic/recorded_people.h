@@ -16,7 +16,8 @@
 namespace kinegraph {
 
 // The configuration's table [motion]: recorded people replace simulated ones.
-// Lists have one entry per clip, in the order of `clips`.
+// Lists have one entry per clip, in the order of `clips`; those of start_s and
+// hold_s may end early.
 struct RecordedPeopleOptions {
   std::vector<std::string> clips;  // tracks files; empty: people are simulated
   std::vector<double> start_s;     // time of appearance; not given: 0

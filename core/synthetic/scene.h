@@ -37,7 +37,7 @@ struct RingOptions {
 
 // Behaviour of simulated people.
 struct CrowdOptions {
-  double area_radius_m = 3.0;     // people walk inside this circle
+  double area_radius_m = 3.0;     // people walk inside; visitors also outside
   double walking_speed_ms = 1.1;  // mean over people
   double min_distance_m = 0.55;   // minimum distance of two people (centres)
   // Weights of the next action after standing, turning or sitting; `walking` is

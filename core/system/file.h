@@ -18,7 +18,7 @@ enum class FileType { kRegular, kFolder, kBlockDevice, kOther };
 
 struct FileStatus {
   FileType kind = FileType::kOther;
-  int64_t size = 0;  // bytes; 0 if not applicable
+  int64_t size = 0;  // bytes, of a regular file
   // Device and inode, which identify the file under any name.
   std::pair<uint64_t, uint64_t> number;
   std::pair<int64_t, int64_t> changed;  // contents last modified: s, ns
@@ -68,7 +68,7 @@ void RemoveEmptyFolder(const std::string& path);
 // does not support it counts as success.
 int SyncFile(int descriptor);
 // Flushes the whole file system that holds a folder. Return value as for
-// SyncFile.
+// SyncFile; also -1 if the folder cannot be opened.
 int SyncTree(const std::string& folder);
 // Flushes the entry of a name in its folder. Failures are ignored.
 void SyncFolderOf(const std::string& path);

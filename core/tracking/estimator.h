@@ -101,7 +101,8 @@ void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
 // Copies the views of `frame` to a final pose: inlier views after the joints
 // filter and, where matches are kept, the score (mean confidence of the
 // measured joints) and each view's detection; if weights are kept, too, weight
-// 1 for joints that the filter kept and 0 for those it removed.
+// 1 for joints that the filter kept, 0 for those it removed and none for
+// unmeasured ones.
 void DescribeViews(const EstimatorFrame& frame, KeptMatches kept,
                    PersonPose* person);
 

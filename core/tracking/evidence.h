@@ -35,7 +35,8 @@ class EvidenceStep {
   EvidenceStep(const SceneModel& scene, const EpipolarGeometry& epipolar,
                const TrackerOptions& options);
 
-  // Starts a frame without matches, in which the estimator predicts.
+  // Starts a frame without matches. The estimator predicts in it, unless Update
+  // or Initialise then adds a pose.
   void Begin(int64_t frame, TimeNs time, EstimatorFrame* evidence) const;
 
   // The 2D poses in `memory` that are recent enough at `time`.
@@ -60,7 +61,7 @@ class EvidenceStep {
  private:
   size_t joint_count_;
   FrameClock clock_;
-  double tau_frames_;  // older views are ignored
+  double tau_frames_;  // views of this age or older are ignored
   double alpha_new_px_;
   const std::vector<int>& association_joints_;
   int min_new_joints_;

@@ -56,8 +56,9 @@ TrackerOptions WithScaledGates(TrackerOptions options, const CameraRig& cameras,
                                double frame_rate_hz);
 
 // Track life. Times are in seconds, so that a person may be hidden for as long
-// at 120 Hz as at 25 Hz. Paper mode counts frames as the paper does at 25 Hz:
-// there a second is 25 frames at any rate of the recording.
+// at 120 Hz as at 25 Hz; below 12.5 Hz max_age_s and max_gap_s are extended
+// (LifeInFrames). Paper mode counts frames as the paper does at 25 Hz: there a
+// second is 25 frames at any rate of the recording.
 struct TrackLifeOptions {
   double confirm_s = 0.08;  // birth to the confirming update if none fails
   double max_age_s = 0.4;   // deleted this long after the last update
@@ -85,9 +86,10 @@ struct TrackLifeOptions {
 };
 
 // The options with the times also given in frames of a recording's nominal rate
-// if their conversion is pending (in_seconds): confirmation then takes at least
-// two hits, but only one where frames are so rare that a track does not outlive
-// a missed one. Where frames are independent, it takes one hit in either mode.
+// if their conversion is pending (in_seconds): below 12.5 Hz ages and gaps grow
+// with the frame interval, up to five times; confirmation takes at least two
+// hits, but only one where frames are so rare that a track does not outlive a
+// missed one. Where frames are independent, it takes one hit in either mode.
 TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
                               double frame_rate_hz);
 

@@ -81,9 +81,9 @@ struct ReplayedPerson {
 struct ReplayOutcome {
   std::vector<FinalPose> finals;  // one per frame of the person
   int64_t cpu_ns = 0;             // processor time of the estimator
-  // The longest time from a frame until its pose became final, before the end
-  // of the recording; nullopt when none did (the estimator needs the whole
-  // recording).
+  // The longest time from a frame until its pose became final, over the poses
+  // that became final before Finish(); nullopt if there are none (the estimator
+  // needs the whole recording, or the person's frames end within its delay).
   std::optional<TimeNs> delay;
 };
 

@@ -50,8 +50,9 @@ class FrameAssembler {
   std::deque<OpenFrame> open_;
 };
 
-// Processor time that the calling thread spent in each stage since construction
-// [ns]; the stages are those of the paper's runtime table.
+// Processor time that the calling thread spent in each stage [ns], summed over
+// frames. The paper's runtime table has association, reconstruction and
+// initialisation.
 struct StageTimes {
   int64_t preparation_ns = 0;     // skeleton conversion, undistortion
   int64_t association_ns = 0;     // projection, affinity, assignment

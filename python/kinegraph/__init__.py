@@ -151,8 +151,9 @@ def track(
     {"graph.lag_s": 0.2} or "key=value;key=value". mode: "paper" or "graph",
     overrides the configuration's mode. frames: [(begin, end), ...], end excluded;
     empty: all. without_cameras: names of cameras to omit. threads: number of
-    threads, which does not change the result. progress: called as
-    progress(frames_read, total), in which a frame counts once per pass.
+    threads, which does not change the result. progress: called every 16 frames and
+    after the last as progress(frames_read, total), in which a frame counts once per
+    pass.
 
     Returns Tracks. Releases the interpreter's lock; Ctrl-C stops the run, also
     while the batch is solved.

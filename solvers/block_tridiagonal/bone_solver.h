@@ -19,7 +19,8 @@ class BoneSolver {
  public:
   // Starts at the joints' states. Keeps the gating of measurements, unless the
   // joint of an active measurement cannot be projected into its view (it lies
-  // behind the camera, for example): then all are gated anew.
+  // behind the camera, for example) or the cost is not finite: then all are
+  // gated anew.
   // Without a finite result the states are unchanged.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 

@@ -552,7 +552,7 @@ class ChainGroup {
       iterations_ += Select(active, T(1.0), T(0.0));
       const Mask<T> usable = And(active, Eliminate(current_.diagonal, damping));
       const T move = FindStep(usable);
-      // The last step of a stage is taken without checking its cost.
+      // A step below the tolerance is taken without checking its cost.
       const Mask<T> done = And(usable, move < T(stage.step_tolerance_m));
       Mask<T> accepted = done;
       if (Any(And(active, Not(done)))) {

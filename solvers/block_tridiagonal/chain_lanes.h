@@ -40,7 +40,7 @@ struct ChainLanes {
 
   // Prior on the first states, as StatePrior: A by columns.
   const double* prior_A = nullptr;         // [36][lanes]
-  const double* prior_A_stated = nullptr;  // [36][lanes]
+  const double* prior_A_stated = nullptr;  // [36][lanes], for covariances
   const double* prior_x0 = nullptr;        // [6][lanes]
   const double* prior_b = nullptr;         // [6][lanes]
 

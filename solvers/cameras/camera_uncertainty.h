@@ -34,8 +34,8 @@ class CameraUncertainty {
 
   // Adds to the covariances of a frame's people, whose matches must include
   // weights. Joints seen by fewer than two views receive the mean addition of
-  // the person's other joints; those without a covariance are skipped. To be
-  // called in the order of frames.
+  // the person's other joints, if there are any; those without a covariance are
+  // skipped. To be called in the order of frames.
   void AddTo(const DetectionFrame& seen, TrackFrame* frame);
 
  private:

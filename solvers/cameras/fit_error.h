@@ -42,7 +42,7 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
 
 // The decrease of MeanPx from `before` to `after` in one view or in all (-1),
 // with its paired 95 % interval (moving-block bootstrap with blocks of two
-// bins).
+// bins); both ends are 0 if fewer than two bins have measurements.
 struct FitGain {
   double before_px = 0.0;
   double after_px = 0.0;
@@ -56,7 +56,7 @@ struct FitGain {
     return lasting_before_m > 0.0 ? 1.0 - lasting_after_m / lasting_before_m
                                   : 0.0;
   }
-  // Whether the interval excludes zero, i.e. the cameras after the change
+  // Whether the interval lies above zero, i.e. the cameras after the change
   // explain the recording better.
   bool certain() const { return low_px > 0.0; }
   // The fraction of the mean error that is removed.

@@ -17,7 +17,7 @@ namespace kinegraph {
 // the others are fitted, and its error is measured at the points that at least
 // two of them see. Cameras that are jointly biased by a fit agree better with
 // each other and worse with a held-out camera. nullopt with fewer than four
-// views, because the remaining two views of three always agree.
+// views: of three, two would remain to be fitted, which always agree.
 std::optional<FitGain> LeftOutGain(const CameraRig& cameras,
                                    const SceneSegments& segments,
                                    const FreeParameters& free,

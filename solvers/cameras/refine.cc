@@ -46,7 +46,9 @@ void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
   }
 }
 
-// Fits some parameters, and keeps the result if the gain is significant.
+// Fits some parameters. Keeps the result if the gain is significant on the
+// held-out halves of the recording and of the joints, and large enough
+// (kLeastShareOfGain).
 void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
               const FreeParameters& free, const std::string& what,
               const BundleOptions& options, Refinement* refinement) {
@@ -141,8 +143,9 @@ double SamplesAtOnce(const SceneSegments& segments) {
                           : samples / static_cast<double>(distinct.size());
 }
 
-// Segments long enough at low frame rates: a velocity needs three frames, which
-// span two frame intervals, here with a tenth to spare.
+// Segments of at least three frames also at low frame rates, as many as
+// position, velocity and acceleration need. Three frames span two frame
+// intervals, here with a tenth to spare.
 SegmentOptions OfThreeFrames(SegmentOptions options,
                              const DetectionSequence& detections) {
   constexpr double kIntervals = 2.2;

@@ -1,5 +1,6 @@
 // Refines the cameras and clocks of a recording from its own people, and
-// decides on held-out halves of the recording whether to keep the result.
+// decides on held-out halves of the recording and of its joints, and for
+// cameras also on views excluded from the fit, whether to keep the result.
 #ifndef KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
 #define KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
 

@@ -29,12 +29,12 @@ class CeresSolver {
   // Runs the stages from the problem's states. The measurements stay gated as
   // they are, unless the cost is undefined at the start of a stage: then they
   // are gated anew. States receive the minimum, measurements their weights
-  // there.
-  // Ceres ends a stage where the gradient is negligible (GradientTolerance in
-  // the source), or when a step hardly lowers the cost or, undamped, moves no
-  // joint by more than the schedule's tolerance. If a stage has no finite
-  // result, its start and the measurements' weights are kept and later stages
-  // are skipped. Ceres' own summary is logged at VLOG level 2.
+  // there. Ceres ends a stage where the gradient is negligible
+  // (GradientTolerance in the source), when a step hardly lowers the cost or,
+  // undamped, moves no joint by more than the schedule's tolerance, or after
+  // the stage's maximum number of iterations. If a stage has no finite result,
+  // its start and the measurements' weights are kept and later stages are
+  // skipped. Ceres' own summary is logged at VLOG level 2.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
  private:

@@ -142,9 +142,9 @@ class ConstantVelocity {
 
  private:
   double dt_s_;
-  T pp_;  // of L^-1 [1/m], lower triangular
-  T vp_;
-  T vv_;
+  T pp_;  // entries of L^-1, which is lower triangular [1/m]
+  T vp_;  // [1/m]
+  T vv_;  // [s/m]
 };
 
 // The distance between the two ends of a bone:

@@ -23,8 +23,8 @@ struct PointModel {
 
 // Estimates at every time of the segment. The first sample, which must exist,
 // provides position and position covariance of the initial state (one-point
-// initialisation; section 5.5.3 of the same book). `covariances_m2` has one
-// entry per time. The filter (Kalman 1960, Joseph's form of the update) uses
+// initialisation; section 5.5.3 of the same book). The segment must have
+// covariances. The filter (Kalman 1960, Joseph's form of the update) uses
 // samples up to each time; at times without a sample it predicts, so its
 // covariance grows in a gap. The smoother (Rauch, Tung and Striebel 1965) uses
 // the whole segment. No value is rejected.

@@ -269,7 +269,8 @@ Samples Hold(const JointSegment& segment, const Samples& values) {
   return held;
 }
 
-// One cut-off per coordinate [Hz], chosen by a rule.
+// One cut-off per coordinate [Hz]: the segment's, if it has one, else chosen by
+// the rule.
 std::vector<double> CutoffsOf(CutoffChoice rule, CutoffPer per,
                               const LowPass& low_pass,
                               const JointSegment& segment) {

@@ -14,9 +14,11 @@ namespace kinegraph {
 // Replaces the first frame of every joint by the prior on its second state that
 // follows from the first state's factors: prior, centre, measurements at their
 // weights, motion. In a coupled problem (PersonProblem::coupled) adds one prior
-// on the second states of all joints, which replaces the joints' own priors.
-// `correction` is the InformationCorrection of the loss; it only affects the
-// priors' information for covariances. Needs at least two frames.
+// on the second states of all joints, which replaces the joints' own priors; if
+// its information is not positive definite, it is left out with a warning, and
+// the joints' own priors apply. `correction` is the InformationCorrection of
+// the loss; it only affects the priors' information for covariances. Needs at
+// least two frames.
 void DropFirstFrame(double correction, PersonProblem* problem);
 
 // Residual A (x - x0) + b over the kept variables; A upper triangular.

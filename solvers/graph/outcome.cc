@@ -85,8 +85,8 @@ namespace {
 // Fraction of a bone's length: a joint with a larger uncertainty may be on
 // either side of its neighbour.
 constexpr double kShareOfBone = 0.5;
-// Fraction of the longest bone. Limbs exceed it; bones of the face do not: the
-// longest, ear to ear, measures 0.14 m, a thigh 0.45 m.
+// Fraction of the longest bone. Limbs exceed it; bones of the face (RigidPairs)
+// do not: the longest, ear to ear, measures 0.14 m, a thigh 0.45 m.
 constexpr double kShareOfLimb = 1.0 / 3.0;
 
 // Joints whose reported standard deviation is too large for their bones.

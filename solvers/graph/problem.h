@@ -65,8 +65,8 @@ struct PlacedFactor {
 
 // The factors that `source` returns for `frame`, which is frame `k` of the
 // problem. Throws OptionError for joints or frames that do not exist, repeated
-// states, a number of states that does not match the factor, and losses with a
-// scale <= 0.
+// states, a missing factor (null), a number of states that is 0 or does not
+// match the factor, and losses with a scale <= 0.
 std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
                                            const UserFrame& frame, size_t k,
                                            int joint_count);

@@ -107,8 +107,8 @@ ViewBias InOrderOf(const std::vector<std::string>& names, const ViewBias& bias);
 class DetectionPredictor {
  public:
   DetectionPredictor(const Skeleton& skeleton, const ViewBias& bias);
-  // [px]; zero if the joint is missing, the pose does not determine the body's
-  // orientation, or DirectionOf returns nullopt.
+  // [px]; zero if the joint is missing, its bias is unused, the pose does not
+  // determine the body's orientation, or DirectionOf returns nullopt.
   Eigen::Vector2d BiasOf(const PersonPose& person, int joint_idx,
                          const Camera& camera) const;
 

@@ -132,8 +132,8 @@ class LevelChain {
   // The belief before any observation.
   const Vector& stationary() const { return stationary_; }
   // Column i: distribution after `dt` from level i. Valid until the next call.
-  // Time steps that differ by a few nanoseconds, because clocks jitter, are
-  // treated as equal.
+  // Time steps that differ by at most 2 ns, as by rounding, are treated as
+  // equal.
   const Matrix& Transition(TimeNs dt);
 
  private:

@@ -28,8 +28,8 @@ struct RigStart {
 
 struct RigSearch {
   double focal_sigma = 0.0;  // as in RigInput
-  // At most two fifths of the recording are searched. 0: the views are
-  // synchronised.
+  // Lags up to this are searched, but at most two fifths of the recording. 0:
+  // the views are synchronised.
   double longest_lag_s = 10.0;
   int attempt = 0;                                    // as in PairSearchOptions
   std::function<void(int done, int total)> progress;  // may be empty
@@ -54,6 +54,7 @@ DetectionSequence OfViews(const DetectionSequence& detections,
                           const std::vector<int>& views);
 
 // Agreement of each view with the others, 0 .. 1 (PairAgreement::score).
+// `aligned`: one view per camera, realigned by the lags.
 std::vector<double> AgreementsOfViews(const CameraRig& cameras,
                                       const DetectionSequence& aligned);
 

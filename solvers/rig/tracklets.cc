@@ -26,8 +26,9 @@ constexpr int kLeastCommon = 3;
 // that a stick that points at the camera or a partly occluded person keeps its
 // gate.
 constexpr double kShrinks = 0.9;
-// Gate on the distance from the last joints, in units of the person's size:
-// constant part, and growth per second since then.
+// Gate on the distance from the joints of the tracklet's last detection, in
+// units of the person's size: constant part, and growth per second since that
+// detection.
 constexpr double kGate = 0.1;
 constexpr double kGatePerSecond = 2.0;
 // Factor on the gate if there is only one person and one open tracklet.
@@ -227,8 +228,8 @@ Eigen::MatrixXf MovingMean(const Eigen::MatrixXf& values, int reach) {
   return mean;
 }
 
-// The joints whose mean is the body's centre: shoulders and hips of people; all
-// joints of other skeletons.
+// The joints whose mean is the body's centre: both shoulders and both hips; all
+// joints of skeletons without these four.
 std::vector<int> MiddleOf(const std::vector<int>& joints,
                           const Skeleton& skeleton) {
   std::vector<int> middle;

@@ -453,9 +453,10 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
 
 }  // namespace
 
-// A jump is accepted if correcting it reduces the residuals of the matches and
-// if it is still found after refining the orientation of the cameras: if people
-// turn round, a wrongly oriented camera seems to lag for a while.
+// A jump is accepted if correcting it reduces the view's residuals by
+// FitGain::kLeastShare or more, and if it is still found after refining the
+// orientation of the cameras: if people turn round, a wrongly oriented camera
+// seems to lag for a while.
 std::optional<Answer> AskForJump(const SetUp& set_up) {
   if (!MoveEnough(set_up.segments)) return std::nullopt;
   const auto jump = FindClockJump(set_up);

@@ -55,8 +55,8 @@ bool InImage(const Camera& camera, const Eigen::Vector2d& px) {
 }
 
 // The state of a segment from its measurements alone; nullopt if fewer than two
-// views see it, or if their rays are nearly parallel, so that depth is
-// uncertain.
+// views see it, if their rays are nearly parallel, so that depth is uncertain,
+// or if the fit fails.
 std::optional<SegmentState> StateBy(const CameraRig& cameras,
                                     const SceneSegments& segments,
                                     const MotionSegment& segment) {
@@ -153,8 +153,9 @@ struct Residuals {
   }
 };
 
-// The detection of a view nearest to a person; null if it is more than half a
-// metre away at the person's depth, i.e. the person was not detected.
+// The detection of a view nearest to a person; null if it is half a metre or
+// more away at the person's depth, i.e. the person was not detected, or if no
+// detection has enough joints in common with the person.
 const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
                            const PersonPose& person,
                            const std::vector<int>& track_joint) {

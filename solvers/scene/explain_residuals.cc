@@ -365,8 +365,8 @@ class Explainer {
     return lower > kLeast && lower < 1.0 - kLeast;
   }
   // Whether hardly anything but legs, or hardly anything but the rest of the
-  // body, is seen. False for skeletons without hip joints: their legs cannot be
-  // told from the rest.
+  // body, is seen. False for skeletons without hip joints, which need not be
+  // bodies with legs.
   bool OneClassDecides() const {
     const auto& classes = segments_.classes;
     return !HasBoth() &&

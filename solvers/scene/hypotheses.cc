@@ -65,8 +65,8 @@ std::optional<double> ChangedShare(const ViewDetections& a,
 }
 
 // Duplicated images have detections that are identical to the last digit. With
-// integer pixels and people standing still this also happens by chance, so
-// nearly every joint must have moved in the previous change.
+// integer pixels and people standing still this also happens by chance, so at
+// least 80 % of the joints must have differed in the last pair that differed.
 std::optional<Finding> RepeatsOf(const SetUp& set_up, size_t view) {
   const std::vector<DetectionFrame>& frames = set_up.input.detections.frames;
   constexpr double kMoving = 0.8;
@@ -342,7 +342,8 @@ bool AgreesByMoreThanChance(const SetUp& set_up) {
          std::max(kTimes * chance.score(), chance.score() + kMore);
 }
 
-// No reading and no lag of the clocks makes the views agree.
+// No reinterpretation of files, cameras, images or clocks makes the views
+// agree.
 std::optional<Answer> AskForAnotherRoom(const SetUp& set_up) {
   // Views of recordings without faults usually agree to 0.5 or more; unrelated
   // people of two views to about 0.1.

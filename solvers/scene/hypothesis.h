@@ -45,8 +45,9 @@ class SetUp {
   std::vector<int> frames;
   PairAgreement agreement;
   void Look();
-  // If the views agree this well, no other calibration, image or rate is
-  // searched; sides and clocks still are.
+  // If the views agree this well, the search leaves out other calibrations,
+  // images, rates and assignments of cameras to views, but not exchanged sides
+  // and clock offsets.
   bool AgreeAlready() const { return agreement.score() >= 0.85; }
 
   // Segments of the tracker's matches with these cameras and detections; empty

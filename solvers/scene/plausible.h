@@ -57,7 +57,8 @@ inline bool HardlyAny(int64_t matched, int64_t all) {
   if (static_cast<double>(matched) > kShare * static_cast<double>(all)) {
     return false;
   }
-  // From this number on, a fifth or less has a probability below kChance.
+  // From this number on, the probability of a fifth or less is far below
+  // kChance and need not be computed.
   constexpr int64_t kMany = 60;
   if (all >= kMany) return true;
   double ways = std::pow(0.5, static_cast<double>(all));

@@ -1,7 +1,7 @@
 // Measures how well the views of a recording agree under some reading of its
-// calibration, from 2D detections alone, frame by frame and without tracking:
-// people seen in two views must lie on each other's epipolar lines and in front
-// of both cameras.
+// calibration (an interpretation, such as another pose convention), from 2D
+// detections alone, frame by frame and without tracking: people seen in two
+// views must lie on each other's epipolar lines and in front of both cameras.
 #ifndef KINEGRAPH_SOLVERS_SCENE_VIEW_AGREEMENT_H_
 #define KINEGRAPH_SOLVERS_SCENE_VIEW_AGREEMENT_H_
 

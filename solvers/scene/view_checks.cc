@@ -193,7 +193,7 @@ class SidesTable {
 // ---- Images ----
 
 // A view whose video was scaled or cropped before detection: pixel of the
-// detections = scale * pixel of the camera - offset.
+// detections = scale * pixel of the camera + Corner() - offset_px.
 struct OtherImage {
   size_t view = 0;
   double scale = 1.0;
@@ -507,7 +507,7 @@ Noses NosesOf(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
     // Shoulders, hips and trunk determine the forward direction.
     const Eigen::Vector3d up = (*l + *r - *lh - *rh).normalized();
     const Eigen::Vector3d ahead = ((*l - *r) + (*lh - *rh)).cross(up);
-    // The apparent shoulder width vanishes for a person seen from the side.
+    // Shoulders placed close together do not determine it.
     const double trunk = 0.5 * (*l + *r - *lh - *rh).norm();
     if (!((*l - *r).norm() > 0.3 * trunk) || ahead.norm() == 0.0) continue;
     const double nose_m = (*nose - 0.5 * (*l + *r)).dot(ahead.normalized());

@@ -44,6 +44,8 @@ struct CalibrationInput {
 
 struct RecordingCalibration {
   std::vector<std::string> view_names;  // one per view of the rig
+  // From EstimateRig, but also refused if people are upside down with their
+  // noses behind the shoulders, because y then counts from the bottom.
   RigResult rig;
   // Cameras of the joined views (rig.used), in metres or, if the scale is
   // unknown, in the unit of the rig; empty if the rig was refused. With a human

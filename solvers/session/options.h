@@ -58,11 +58,12 @@ struct RunOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// The options as the run's mode interprets them: paper mode counts a track's
-// life in frames of 25 Hz and never backfills, bridges gaps, runs a second pass
-// or links, regardless of the keys; graph mode counts seconds and associates by
-// AssociationRules::kGraph. Independent frames are linked in neither mode.
-// Every run applies this; it is idempotent.
+// The options as the run's mode interprets them: paper mode converts the times
+// of a track's life into frames at 25 Hz, whatever the frame rate, and never
+// backfills, bridges gaps, runs a second pass or links, regardless of the keys;
+// graph mode counts seconds and associates by AssociationRules::kGraph.
+// Independent frames are linked in neither mode. Every run applies this; it is
+// idempotent.
 RunOptions WithRulesOfMode(RunOptions options);
 
 // Reads a configuration with the command line's changes: `set` and `mode` as in

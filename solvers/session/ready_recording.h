@@ -48,7 +48,8 @@ struct ReadyRecording {
   std::optional<RefinementRecord> record;
   std::optional<Refinement> refinement;  // one change per used view
   // Change of the world by the refinement of cameras, before the transformation
-  // to the floor; nullopt if no camera was changed.
+  // to the floor; nullopt if no camera was changed or WorldMotionOf cannot
+  // determine it.
   std::optional<WorldMotion> world_motion;
   std::optional<Ground> ground;
   bool misses_ground = false;  // requested, but GroundOf found none

@@ -196,7 +196,8 @@ class Warnings {
               "of views and cameras, or clocks may be wrong",
               report_->median_px, 100.0 * share));
     // A small share of matches is no error if views also show people whom no
-    // other view shows, such as patients in the other beds of a ward.
+    // other view shows, such as patients in the other beds of a ward. So it is
+    // only reported if the doctor could not examine the views.
     AddIf(!facts_.views_examined && MatchedShare() < kMinMatched, "matched",
           fmt::format(
               "{:.0f} % of the detections belong to a tracked person: views "

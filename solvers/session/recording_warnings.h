@@ -72,12 +72,13 @@ double TypicalHeight(const std::vector<PersonReport>& people);
 // the range, as flags joined by " or "; empty if there are none.
 std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
-// Adds the significant findings of the doctor (made without
-// DoctorInput::match, so without examinations that need matches), warnings of
-// implausible results of the run, and one warning for each of
-// RecordingReport::cameras_off. If a finding of confidence above 0.5 has a fix
-// other than a full run of the doctor, the warnings for cameras_off and those
-// of implausible results whose only fix is such a run are omitted.
+// Adds the significant findings of the doctor (made without DoctorInput::match,
+// so without examinations that need matches; without the unit if the results
+// already give a warning of it), warnings of implausible results of the run,
+// and one warning for each of RecordingReport::cameras_off. If a finding of
+// confidence above 0.5 has a fix other than a full run of the doctor, the
+// warnings for cameras_off and those of implausible results whose only fix is
+// such a run are omitted.
 void AddWarnings(const RecordingFacts& facts, const Diagnosis& diagnosis,
                  RecordingReport* report);
 

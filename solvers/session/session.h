@@ -64,9 +64,9 @@ class Session {
   // `detections` describes the frames to come: views, skeleton, rate. A second
   // pass needs the frames again in Finish: from `reopen`, which must provide
   // the same frames, or without it from copies kept in memory. With a second
-  // pass and `reopen`, the constructor reads up to 500 frames to learn which
-  // joints are absent (presence.h). Throws InputError or OptionError for
-  // inconsistent arguments.
+  // pass and `reopen`, the constructor reads the first 500 requested frames to
+  // learn which joints are absent (presence.h). Throws InputError or
+  // OptionError for inconsistent arguments.
   Session(const RunOptions& options, const RunRequest& request,
           const DetectionHeader& detections, SourceOpener reopen = nullptr);
   // With the caller's estimators instead of those of the options, to observe

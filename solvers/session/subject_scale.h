@@ -23,7 +23,8 @@ inline constexpr double kPersonSize_m = 1.7;
 class SubjectScale {
  public:
   SubjectScale() = default;  // people: all values unchanged, bit for bit
-  // The scale of a subject of this size [m], i.e. stature or extent.
+  // The scale of a subject of this size [m], i.e. stature or extent. Throws
+  // std::logic_error unless the size is positive and finite.
   static SubjectScale OfSize(double size_m);
 
   // Metres of the world per metre of the run.

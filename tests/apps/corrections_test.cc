@@ -19,8 +19,8 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Two people three metres apart for four seconds; the one at x = 1.5 is absent
-// from 1.2 to 2.4 s, and so returns as a new identity.
+// Two people three metres apart in x for four seconds; the one at x = 1.5 is
+// absent from 1.2 to 2.4 s, and so returns as a new identity.
 std::vector<Pose3d> TwoPeople(int frame) {
   std::vector<Pose3d> people = {StandingPerson(-1.5, 0.01 * frame)};
   if (frame < 30 || frame >= 60) {

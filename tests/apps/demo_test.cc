@@ -76,7 +76,7 @@ TEST_F(DemoTest, TracksInEveryModeAndScores) {
   const ProgramOutcome outcome = Run("--set=scene.duration=3");
   EXPECT_EQ(outcome.errors, "");
 
-  // The printed files are those that exist.
+  // Exactly these files exist, and each is printed.
   std::set<std::string> there;
   for (const auto& entry : fs::directory_iterator(out_)) {
     there.insert(entry.path().filename().string());
@@ -124,7 +124,7 @@ TEST_F(DemoTest, TracksInEveryModeAndScores) {
     EXPECT_GT(error_mm, 0.0);
     EXPECT_LT(error_mm, 100.0);
   }
-  // stdout has the same table.
+  // stdout also has the table, recognised by one of its rows.
   EXPECT_THAT(outcome.output, HasSubstr("identity switches"));
 }
 

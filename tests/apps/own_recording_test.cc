@@ -170,8 +170,8 @@ TEST_P(OwnRecordings, NeedNoHandWrittenConfiguration) {
   EXPECT_LE(
       error_m,
       1.05 * EvaluateMpjpe(truth, ReadTracks(folder + "/by_hand.jsonl")).raw_m);
-  // 4 px at a focal length of 800 px are 32 mm at 6.5 m; several cameras reduce
-  // this.
+  // The noise is 32 mm at any distance: 4 px at a focal length of 800 px and
+  // 6.5 m. Several cameras reduce it; the bound is lower for near cameras.
   EXPECT_LT(error_m, 0.032 * recording.radius_m() / 6.5);
   EXPECT_THAT(ContentOf(folder + "/page/take.html"),
               HasSubstr("kinegraph_summary"));
@@ -346,7 +346,7 @@ std::string WithLateView(const std::string& detections, size_t frames_late) {
 }
 
 // The configuration from `init` refines rotated cameras, and the clock of a
-// camera that started late; a good recording is not changed.
+// camera whose images are late; for a good recording it refines nothing.
 TEST_F(SmallRecording, InitEnablesRefinementWhereNeeded) {
   Make("coco", "coco17", 3, 6.0);
   CameraRig turned;

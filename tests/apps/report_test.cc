@@ -96,8 +96,8 @@ TEST_F(ReportTest, PicturesAreLinkedOrEmbeddedUnchanged) {
   EXPECT_THAT(ContentOf(out_), HasSubstr("\"base64\":[\"/9j/"));
   EXPECT_THAT(ContentOf(out_), HasSubstr(",\"iVBORw0KGgp4"));
   EXPECT_THAT(ContentOf(out_), Not(HasSubstr("%d.jpg")));
-  // 20 pictures of 4 kB each, at most 20 kB: one in five, so that the limit
-  // holds.
+  // 20 pictures of slightly more than 4 kB each in base64, at most 20 kB: one
+  // in four, i.e. five pictures, would exceed the limit.
   outcome = Run(what + " --embed_megabytes=0.02");
   EXPECT_THAT(outcome.output,
               HasSubstr("4 pictures inside the page, one frame in 5\n"));

@@ -106,8 +106,8 @@ int64_t NumberFrom(const char *variable, int64_t otherwise) {
 
 // KINEGRAPH_FUZZ_RUNS sets the number of mutations per seed,
 // KINEGRAPH_FUZZ_SEED selects different mutations, and KINEGRAPH_FUZZ_INPUT
-// names a file to which each input is written before it is tried, so that an
-// input that ends the program is kept.
+// names a file to which each mutation is written before it is tried, so that a
+// mutation that ends the program is kept.
 TEST_P(ReplayTest, MutationsOfGoodInputsEndQuickly) {
   const std::string &name = GetParam();
   const int64_t count = NumberFrom("KINEGRAPH_FUZZ_RUNS",

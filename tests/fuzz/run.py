@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Fuzzes every target for a while and prints the findings.
+"""Fuzzes every target, or those named, for a while and prints the findings.
 
   tests/fuzz/run.py [program] [seconds per target] [folder] [target ...]
 

@@ -1,8 +1,8 @@
 #!/bin/bash
 # Tests the wheel in a bare Debian 12: debootstrap's smallest variant and
-# python3-venv, no other package. pip installs it into an empty environment; demo,
-# track and report run; then Python, with Debian's NumPy, gives the same tracks as
-# the command.
+# python3-venv, no other package. pip installs the wheel into an empty environment;
+# demo, init, track and report run. Then, with Debian's NumPy, glog and OpenMP
+# installed, the Python module gives the same tracks as the command.
 #
 #   tests/install/bare_wheel.sh kinegraph-0.1.0-cp311-....whl FOLDER
 #

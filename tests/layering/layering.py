@@ -100,9 +100,9 @@ def check_sources(sources):
         for name in TYPE.findall(text) if path.endswith(".h") else []:
             if types.setdefault(name, path) != path:
                 yield f"{name} is defined in {path} and {types[name]}"
-        # A file *_avx*.cc is compiled for that instruction set. So would be
-        # the inline functions of shared headers, which the linker might then
-        # keep for callers on machines without it.
+        # A file *_avx*.cc is compiled for that instruction set, including the
+        # inline functions of library headers, which the linker might then keep
+        # for callers on machines without it.
         if re.search(r"_avx\w+\.cc$", path):
             for name in included_by(path, set()):
                 if not (ROOT / name).exists() and name not in (

@@ -283,7 +283,7 @@ class Module(unittest.TestCase):
         self.assertEqual(sorted(positions), list(whole.frames))
         for number, expected in zip(whole.frames, whole.positions_m):
             # Tracks of a part have no column for people absent from it, so the
-            # numbers of all people are compared as a set.
+            # coordinates of all people are compared in sorted order.
             np.testing.assert_array_equal(
                 np.sort(positions[number][np.isfinite(positions[number])]),
                 np.sort(expected[np.isfinite(expected)]),

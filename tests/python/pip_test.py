@@ -1,4 +1,5 @@
-"""pip install into a virtual environment, and the module used from there."""
+"""pip install into a virtual environment; the module from there must give the
+same tracks as the command."""
 
 import importlib.util
 import os

@@ -84,7 +84,8 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
   noise.tell_times = false;
   FaultyScene result;
   result.scene = SceneOf(scene, options);
-  // Real rigs are uneven: each camera is moved a little.
+  // Real rigs are uneven: each camera is moved by up to 0.8 m along x and y and
+  // 0.5 m along z.
   Random random(options.seed * 7919 + 13);
   for (Camera& camera : result.scene.cameras) {
     // Drawn in separate statements, because compilers evaluate arguments in

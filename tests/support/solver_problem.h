@@ -15,8 +15,8 @@
 namespace kinegraph::testing {
 
 // Calls `visit` for all of a person's factors except PersonProblem::user and
-// PersonProblem::prior, which replaces the priors of the joints; false if a
-// call returned false.
+// PersonProblem::prior; if the latter is not empty, the priors of the joints,
+// which it replaces, are left out, too. False if a call returned false.
 template <typename Visit>
 bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
                    const Visit& visit) {

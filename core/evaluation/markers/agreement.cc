@@ -150,9 +150,9 @@ std::vector<Vector3d> WithoutOffset(const std::vector<const Error*>& errors) {
   return freed;
 }
 
-// Root mean square of the errors' central differences of that order (1 or 2),
-// over each three successive errors of a joint that are at most 1.5 `step_s`
-// apart; NaN if there are none.
+// Root mean square of the errors' central differences of the given order (1 or
+// 2), over each three successive errors of a joint that are at most
+// 1.5 `step_s` apart; NaN if there are none.
 double DerivativeRms(const std::vector<const Error*>& errors, size_t order,
                      double step_s) {
   double sum = 0.0;

@@ -43,13 +43,15 @@ PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
 // Calibration of reported covariances against actual errors.
 class Calibration {
  public:
+  // A covariance that is not positive definite counts as an ellipsoid that
+  // contains no error.
   void Add(const Eigen::Vector3d& error_m, const Eigen::Matrix3d& covariance);
 
   int64_t count() const { return count_; }
-  // Share of the errors within the ellipsoid of probability `level`, a multiple
-  // of 0.05; NaN without covariances.
+  // Share of the errors within the ellipsoid of probability `level`, one of
+  // 0.05, 0.10, ..., 0.95; NaN without covariances.
   double Covered(double level) const;
-  // Mean over the levels 0.05, 0.10, ..., 0.95 of |covered - level|.
+  // Mean of |Covered(level) - level| over these levels.
   double ExpectedCalibrationError() const;
   // Sharpness: square root of the mean trace of the positive definite
   // covariances [m].
@@ -122,7 +124,7 @@ struct PairedValue {
 };
 struct ValueAgreement {
   int64_t count = 0;
-  double bias = 0.0;
+  double bias = 0.0;    // mean of found minus true
   double limits = 0.0;  // 1.96 standard deviations
   double rms = 0.0;
   double after_offset_rms = 0.0;  // other half's median subtracted

@@ -415,7 +415,8 @@ WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
 // ---- Clock and world --------------------------------------------------------
 
 // Root mean square distance of the joints from their middle, the median over
-// the frames that have all joints [m]; 0 without such frames.
+// the frames that have all joints [m]; 0 without such frames, or for a single
+// joint.
 double BodySize(const JointPaths& paths) {
   std::vector<double> sizes_m;
   for (const double time_s : paths.times_s()) {
@@ -448,8 +449,8 @@ void RequireSameUnits(const JointPaths& truth, const JointPaths& tracks) {
       ratio, tracks_m, truth_m));
 }
 
-// Median distance over all joints and all frames of the tracks [m]; NaN if
-// there are none.
+// Median distance over all joints and all frames of the tracks [m]; NaN if no
+// joint has a position in both recordings at one time.
 double MedianDistance(const JointPaths& truth, const JointPaths& tracks,
                       const ClockFit& clock, const WorldFit& world) {
   std::vector<double> distances_m;

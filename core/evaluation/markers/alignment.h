@@ -20,12 +20,14 @@ class JointPaths {
   JointPaths(const TrackSequence& tracks, TrackId person,
              const std::vector<int>& joints);
 
-  // Position by a cubic Hermite spline with central differences as tangents,
-  // near ends and gaps linear; nullopt where one of the two adjacent samples is
-  // missing or they are more than one and a half frames apart.
+  // The sample at this time (within 2 ns), otherwise the value of a cubic
+  // Hermite spline with central differences as tangents, near ends and gaps
+  // linear. nullopt where that sample or one of the two adjacent ones is
+  // missing, where the two are more than one and a half frames apart, and
+  // before the first and after the last sample.
   std::optional<Eigen::Vector3d> At(double time_s, size_t joint) const;
-  // Distance between the positions `half_s` before and after the time, over
-  // their difference in time [m/s]; nullopt where At of either is.
+  // Distance between the positions `half_s` before and after the time, divided
+  // by 2 `half_s` [m/s]; nullopt where one of them is.
   std::optional<double> Speed(double time_s, size_t joint, double half_s) const;
 
   const std::vector<double>& times_s() const { return times_s_; }

@@ -40,7 +40,8 @@ class NpzFile {
   explicit NpzFile(const std::string& path) : file_(path) {}
 
   // Adds an array in C order; an empty `shape` means a single value. The bytes
-  // are those of this machine, which must be little-endian.
+  // are those of this machine, which must be little-endian. Add and AddTexts
+  // throw InputError if the file would exceed kMaxBytes.
   template <typename Value>
   void Add(const std::string& name, const std::vector<size_t>& shape,
            const std::vector<Value>& values) {
@@ -86,7 +87,8 @@ struct NpyArray {
 // an empty name.
 class NpzReader {
  public:
-  // Reads the whole file. All functions throw InputError naming file and array.
+  // Reads the whole file. All functions except Has throw InputError naming the
+  // file and, if the error concerns one, the array.
   explicit NpzReader(const std::string& path);
   NpzReader(const NpzReader&) = delete;
   NpzReader& operator=(const NpzReader&) = delete;

@@ -1,5 +1,5 @@
 // Calibrations with one file per camera: TUM's projection matrices, bioCV's
-// tables of numbers, and the recognition of OpenCap's pickles.
+// tables of numbers, and OpenCap's pickles, which an adapter reads.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

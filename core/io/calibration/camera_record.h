@@ -99,8 +99,9 @@ class KeyReader {
   // present, they must agree. The model ("camera_model", "distortion_model",
   // ...) must be a pinhole, OpenCV's polynomial or OpenCV's fisheye model,
   // whose terms are k1 k2 k3 k4 in this order; "fisheye": true specifies the
-  // fisheye model, too. Leaves `record` unchanged if there are neither
-  // coefficients nor a fisheye model.
+  // fisheye model, too. Throws InputError for another model, for
+  // "omnidirectional": true and for coefficients that do not agree. Leaves
+  // `record` unchanged if there are neither coefficients nor a fisheye model.
   void ReadLens(CameraRecord* record);
 
   // Reads "unit" or "units": m, cm or mm, or their names. Leaves `file`

@@ -13,7 +13,8 @@
 
 namespace kinegraph {
 
-// Declares the functions of a format; other sources of this folder define them.
+// Declares the functions that a format may have; other sources of this folder
+// define those that the table below uses.
 #define KINEGRAPH_DECLARE(Format)                                       \
   bool Recognise##Format(const CalibrationHead& head);                  \
   CalibrationFile Read##Format(const CalibrationHead& head);            \
@@ -54,7 +55,7 @@ CalibrationHead LookAtFolder(const std::string& path) {
   return head;
 }
 
-// Parses XML, JSON or TOML.
+// Parses XML, JSON or TOML; for other syntaxes sets only path and syntax.
 CalibrationHead Parsed(const std::string& path, Syntax syntax,
                        const std::string& text) {
   CalibrationHead head;

@@ -16,8 +16,9 @@
 
 namespace kinegraph {
 
-// A configuration file together with the command line's changes. Every error is
-// an InputError that names file, line and key:
+// A configuration file together with the command line's changes. Errors about a
+// key are InputErrors that name the key and where it is set: file and line, or
+// the flag.
 //
 //   ConfigFile config = ConfigFile::Read(path);
 //   config.Override("mode=graph;association.epsilon=9", "--set");
@@ -38,6 +39,8 @@ class ConfigFile {
   // Sets keys by "key=value;key=value": dotted keys, values other than tables,
   // texts with or without quotes. Later calls override earlier ones, and all
   // override the file; `source` ("--set") replaces file and line in messages.
+  // Throws InputError for an assignment without a key or "=", and for a key
+  // that appears twice in one call.
   void Override(const std::string& assignments, const std::string& source);
 
   // Reads every key of `options` that is present, checks type and limits, and

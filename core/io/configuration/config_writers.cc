@@ -19,7 +19,8 @@ std::string Joined(const std::string& begin,
 // A value in TOML syntax. The keys in tables of texts (TextMap) are quoted, as
 // they may be any names.
 std::string TomlText(const Json& value) {
-  // JSON's escape sequences are valid in TOML's basic strings.
+  // The escape sequences that JsonText writes are valid in TOML's basic
+  // strings.
   if (value.is_string()) return JsonText(value.get<std::string>());
   if (value.is_number_float()) return fmt::format("{}", value.get<double>());
   if (!value.is_structured()) return value.dump();

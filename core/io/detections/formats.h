@@ -23,8 +23,9 @@ namespace kinegraph {
 
 // A keypoint from position and confidence. It is not found if one of the three
 // numbers is not finite or, with kMissing, if the confidence is not positive or
-// the position is exactly (0, 0). All readers use this function to decide which
-// joints are missing.
+// the position is exactly (0, 0). All readers use this function; kinegraph's
+// format ("null") and COCO's (visibility 0 beside keypoint_scores) mark further
+// joints as missing.
 Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
                       ZeroConfidence zero_confidence);
 // Keypoints from x, y and confidence of each joint in turn.
@@ -37,9 +38,9 @@ bool IsAnyFound(const std::vector<Keypoint>& joints);
 // A view's name and its file or folder.
 using NamedPaths = std::vector<std::pair<std::string, std::string>>;
 
-// The view files of a folder in natural order (without truth.json), or the file
-// `path` itself; a view has the name of its file without the extension. Throws
-// InputError if there are none.
+// The view files of a folder in natural order (without truth.json and hidden
+// files), or the file `path` itself; a view has the name of its file without
+// the extension. Throws InputError if there are none.
 NamedPaths ListViewFiles(const std::string& path,
                          const std::string& extension = ".json");
 // The subfolders of a folder that are not hidden, in natural order (2 before

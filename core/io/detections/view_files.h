@@ -59,8 +59,8 @@ struct ViewFile {
 
 // Writes a folder with one file per view, named after the view: a table with
 // the first line `heading`, or a JSON list if `heading` is empty. `write` adds
-// the detections of a frame in one view. Returns the number of frames without
-// detections in any view. Throws InputError if a view's name cannot be a file
+// the detections of a frame in one view. Returns the number of frames in which
+// no view has detections. Throws InputError if a view's name cannot be a file
 // name.
 int64_t WriteViewFiles(const std::string& path, const std::string& extension,
                        const std::string& heading, DetectionSource* source,

@@ -232,7 +232,7 @@ void AtomicFile::Flush() {
 void AtomicFile::Commit() {
   Flush();  // if it fails, the destructor removes the rest
   if (!temporary_.empty()) {
-    RefuseInput(path_, target_);  // files read since the start
+    RefuseInput(path_, target_);  // may have been read meanwhile
     // Without this, the name could refer to a file without its bytes after a
     // power failure.
     if (!IsInsidePartialFolder(target_) && SyncFile(DescriptorOf(file_)) != 0) {
@@ -390,7 +390,7 @@ void AtomicFiles::Commit() {
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), is_unwritten),
                  waiting_.end());
   for (const Waiting& one : waiting_) {
-    RefuseInput(one.path, one.target);  // files read meanwhile
+    RefuseInput(one.path, one.target);  // may have been read meanwhile
     const fs::file_status present = fs::status(one.target, ignored);
     if (fs::is_regular_file(present)) {
       fs::permissions(one.temporary, present.permissions(), ignored);

@@ -1,4 +1,4 @@
-// Reading whole files.
+// Reads files, examines paths, and creates and lists folders.
 #ifndef KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 #define KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 
@@ -50,8 +50,8 @@ std::string BeginningOf(const std::string& path, size_t bytes);
 bool IsFolder(const std::string& path);
 bool IsFile(const std::string& path);
 
-// Whether the path is a pipe or device. It cannot be examined before it is
-// read: unless a format is named, kinegraph's own is assumed.
+// Whether the path is a pipe or device, whose content cannot be examined before
+// it is read: unless a format is named, kinegraph's own is assumed.
 bool IsPipe(const std::string& path);
 
 // `path` relative to the folder of `file`, for a link in that file; `path`

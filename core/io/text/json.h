@@ -24,9 +24,10 @@ inline constexpr size_t kMaxJsonKeys = 4096;
 // Values of one file, also of TOML; bounds memory.
 inline constexpr size_t kMaxJsonValues = 1'000'000;
 
-// Parses one JSON text. Throws InputError naming `file` for a syntax error
-// (with line and column), NaN (with the line), an unrepresentable number
-// (1e400), a repeated key or a text beyond the limits above.
+// Parses one JSON text. Throws InputError naming `file` for an empty text, a
+// syntax error (with line and column), NaN or an infinity (with the line), an
+// unrepresentable number (1e400), a repeated key or a text beyond the limits
+// above.
 Json ParseJson(const std::string& text, const std::string& file);
 
 // Parses YAML, one document as OpenCV's FileStorage writes it. A map of rows,
@@ -72,6 +73,8 @@ class JsonField {
   // Throws InputError "file: where: found ..., expected `what`".
   [[noreturn]] void FailExpected(const std::string& what) const;
 
+  // The following functions throw InputError if the value is of another kind.
+  //
   // A member of an object. If it is missing, Find returns nullopt and At throws
   // InputError.
   std::optional<JsonField> Find(const std::string& key) const;

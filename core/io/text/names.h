@@ -14,7 +14,8 @@ namespace kinegraph {
 std::optional<int64_t> LastInteger(std::string_view name);
 
 // Frame number in the name of a detection file: the last integer before
-// "_keypoints", or before the extension if there is no "_keypoints".
+// "_keypoints", or before the extension if there is no "_keypoints". nullopt as
+// for LastInteger.
 std::optional<int64_t> FrameOfFileName(std::string_view file_name);
 
 // The same, but throws InputError (which names only `file_name`) if there is no

@@ -154,7 +154,7 @@ std::vector<Vector3d> PositionsOf(const Hierarchy& hierarchy,
 std::string BodyName(const std::string& label) {
   static const std::map<std::string, std::string> kNames = {
       {"Hips", "mid_hip"},          {"Neck", "neck"},
-      {"Head", "head_base"},  // in other formats "Head" is its top
+      {"Head", "head_base"},  // in other formats: the top of the head
       {"LeftUpLeg", "l_hip"},       {"RightUpLeg", "r_hip"},
       {"LeftLeg", "l_knee"},        {"RightLeg", "r_knee"},
       {"LeftFoot", "l_ankle"},      {"RightFoot", "r_ankle"},

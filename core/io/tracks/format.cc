@@ -52,7 +52,8 @@ void Check(const TrackReadOptions& options) {
   }
 }
 
-// Stands for the formats of adapters that have no entry in TrackFormats().
+// Stands for the formats of adapters that have no entry in TrackFormats(), and
+// for any format that the program of SetAdapter reads.
 const TrackFormat& FormatOfAdapters() {
   static const TrackFormat kFormat = {
       "adapter",

@@ -101,9 +101,9 @@ const TrackFormat& FormatOfTracks(const std::string& path,
 
 // The names of people in kinegraph's JSON Lines ("names" of the header), CSV
 // (column `name`), NPZ (array `names`), C3D (SUBJECTS:NAMES) and the names of
-// files with one person (person_3_Anna.trc); empty for other formats, files
-// without names and pipes, which cannot be read twice. Throws InputError if
-// they are malformed.
+// files with one person (person_3_Anna.trc). Empty for other formats, files
+// without names, paths that do not exist and pipes, which cannot be read twice.
+// Throws InputError for a malformed file.
 PersonNames ReadPersonNames(const std::string& path);
 
 }  // namespace kinegraph

@@ -1,7 +1,7 @@
 // glTF 2.0 (Khronos' specification, sections 3 and 4): all people of the
-// recording as animated skeletons with a simple body of bones, in metres, Y up.
-// A path with the extension .glb gets the binary container, any other JSON with
-// an embedded buffer.
+// recording as animated skeletons with a simple body of bones, in metres, Y up
+// unless other axes are requested. A path with the extension .glb gets the
+// binary container, any other JSON with an embedded buffer.
 //
 // Each joint has a rotation, determined by the directions of its bones, and a
 // position in its parent's frame, so that joint positions equal those of the

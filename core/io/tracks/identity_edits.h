@@ -16,13 +16,13 @@ namespace kinegraph {
 // `op` is join, cut, swap, delete, name (with "name": "Anna") or undecided.
 // Evidence and margin are optional and only informative. The first line may
 // identify the tracks (side_files.h); it is skipped. Throws InputError naming
-// file and line for an unknown key or op, malformed persons or frames, or an
-// empty range of frames (which join and undecided may have, if two people
-// overlap in time).
+// file and line for a line that is not JSON, a missing op or persons, an
+// unknown key or op, a malformed value, or an empty range of frames (which join
+// and undecided may have, if two people overlap in time).
 std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path);
 
 // The file appears only when complete. `tracks`: the fingerprint of the tracks
-// to which it belongs, or empty.
+// to which the edits belong, or empty.
 void WriteIdentityEdits(const std::string& path,
                         const std::vector<IdentityEdit>& edits,
                         const std::string& tracks = "");

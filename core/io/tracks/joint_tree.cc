@@ -104,7 +104,8 @@ class TreeMaker {
     }
     for (Node& node : nodes_) {
       if (node.place >= 0) continue;
-      // Facial points are children of the nose.
+      // Points of the head without a bone are children of the nose, other
+      // joints of the root.
       const int nose = PlaceOf("nose");
       const bool is_face = is_human_ && IsHead(node) && nose >= 0;
       Place(&node, is_face ? nose : 0);
@@ -231,7 +232,8 @@ class TreeMaker {
     return any;
   }
 
-  // Attaches one bone, after which attachment by anatomy is tried again.
+  // Attaches one joint by a bone, after which attachment by anatomy is tried
+  // again. Returns false if no bone leads to a joint that is not attached.
   bool PlaceByBones() {
     for (const Bone& bone : skeleton_.bones()) {
       Node* a = &nodes_[static_cast<size_t>(bone.a)];

@@ -69,7 +69,8 @@ JointStatus ParseJointStatus(std::string_view text);
 class TrackCollector {
  public:
   // `mode`: name of the format. The frame rate is the one in the options,
-  // otherwise `file_hz`, the one that the file states.
+  // otherwise `file_hz`, the one that the file states. Throws InputError if
+  // these differ and TrackReadOptions::refuse_other_rate is set.
   TrackCollector(const std::string& mode, const Skeleton& skeleton,
                  const TrackReadOptions& options, double file_hz = 0.0);
   size_t joint_count() const { return header_.skeleton.joints().size(); }

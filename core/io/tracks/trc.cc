@@ -1,8 +1,8 @@
 // TRC of OpenSim and Pose2Sim, tab-separated: the second and third line are the
 // names and values of the header, the fourth names a marker over every three
 // columns, the fifth their coordinates; then one row per frame. Empty cells and
-// NaN mean that a marker has no position. One file is one person, whose id is
-// the number after "person_" (kinegraph) or "_P" (Pose2Sim) in the file name.
+// NaN mean that a marker has no position. One file is one person, whose id
+// comes from the file name (ListPersonFiles).
 // Rows are consecutive frames; FirstFrame determines the number of the first.
 #include <fmt/format.h>
 

@@ -8,8 +8,8 @@ import numpy as np
 
 
 def array_lines(views, arrays, first_frame=0):
-    """Lines of frames. arrays: one per view, [frames, people, joints, 3] of x, y [px]
-    and confidence, NaN for a missing joint; their lengths may differ."""
+    """Yields one line per frame. arrays: one per view, [frames, people, joints, 3] of
+    x, y [px] and confidence, NaN for a missing joint; their lengths may differ."""
     keys = [json.dumps(view).encode() + b":[" for view in views]
     count = max(len(array) for array in arrays)
     at_once = 1000  # frames per step, to bound the memory of their text

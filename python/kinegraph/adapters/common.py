@@ -84,7 +84,8 @@ def _plain(value):
 
 def header(views, skeleton, frame_rate=None, frames=None):
     """First line of detections. skeleton: name of a built-in skeleton, or
-    {"joints": labels in any spelling, "bones": pairs of indices, optional}."""
+    {"joints": labels in any spelling, "bones": pairs of indices, optional}. frames:
+    number of frames; None: unknown."""
     return line(
         {
             "kinegraph_detections": 1,

@@ -20,7 +20,8 @@ READ = ["intrinsicMat", "distortion", "imageSize", "rotation", "translation",
 
 
 def find(path):
-    """The pickles of a session's folder, its folder Videos, or one camera's folder."""
+    """The pickles of a session's folder, its folder Videos, or one camera's folder;
+    a file itself."""
     if not path.is_dir():
         return [path]
     if (path / FILE).is_file():

@@ -49,8 +49,8 @@ class CompareWithMarkers : public testing::CommandTest {
     return {figure(1), figure(2)};
   }
 
-  // Two markers at each joint of the limbs, 40 mm to either side, recorded
-  // 137 ms late in another world frame.
+  // Two markers at each knee, ankle, elbow and wrist, 40 mm to either side,
+  // recorded 137 ms late in another world frame.
   std::string Markers() const {
     Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
     motion.linear() =

@@ -44,7 +44,8 @@ TEST(DocsTest, DefaultConfigurationIsAsGenerated) {
   EXPECT_NE(ReadTextFile(path).find(commented), std::string::npos)
       << "remake it with: ./kinegraph track --keys "
          "--config=configs/default.toml";
-  // If its comment sign is removed, such a line sets a key to its default.
+  // A key whose line is commented out has its default: without the comment
+  // signs the configuration is the same.
   const std::string all = std::regex_replace(
       commented, std::regex("#([a-z_]+ = )"), std::string("$1"));
   EXPECT_NE(all, commented);
@@ -160,8 +161,8 @@ TEST(DocsTest, PagesNameOnlyKeysThatExist) {
 
 // Files and folders of the project that pages spell out, and configurations in
 // commands. Files made by builds or runs are excluded; NAME, ... and * are
-// placeholders. The minimum numbers of matches, at most half of the present
-// ones, show that the patterns still match.
+// placeholders. The minimum numbers of matches, about half of the present ones
+// or fewer, show that the patterns still match.
 TEST(DocsTest, PagesNameOnlyFilesThatExist) {
   for (const auto& [pattern, least] :
        {std::pair{"`((?:apps|core|solvers|tests|docs|configs|examples|python|"

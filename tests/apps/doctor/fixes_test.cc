@@ -272,8 +272,8 @@ TEST(Advice, NamesAFileInsteadOfAStream) {
   EXPECT_EQ(warnings.find("--detections=-"), std::string::npos) << warnings;
 }
 
-// Clocks recorded in a calibration are applied to the recording: there are no
-// findings, and the record is passed on.
+// Clocks recorded in a calibration are applied to the recording: without them
+// it is suspect, with them it is sound, and the record is passed on.
 TEST(Records, ClocksInACalibrationAreApplied) {
   const testing::TemporaryFolder folder;
   const std::string path = folder.path().string();

@@ -154,7 +154,7 @@ TEST_F(EvaluateProgramTest, OffsetsDoNotDependOnTheUpwardAxis) {
 }
 
 TEST_F(EvaluateProgramTest, CentroidsAreComparedWithHipCentres) {
-  // The hips are at (0, 0, 1) in both frames.
+  // The middle of the hips is at (0, 0, 1) in both frames.
   const auto centroids = [this](const std::string& name, double height_m) {
     std::ostringstream text;
     text << R"({"kinegraph": 1, "units": {"length": "m", "time": "s"},)"

@@ -283,7 +283,7 @@ std::string DetectionsOf(int joints, const std::string& lines,
          "]}\n" + lines;
 }
 
-// A view of frame 0 with `count` people.
+// The text of a view with `count` people.
 std::string ViewOf(const std::string& name, int count) {
   std::string text = "\"" + name + "\": [";
   for (int i = 0; i < count; ++i) {
@@ -333,8 +333,8 @@ TEST(LimitTest, LimitsCanBeRaisedByKeys) {
       "detections.max_per_frame=1200");
 }
 
-// A clock set in the middle of a recording: time and memory depend only on the
-// frames.
+// A clock that is set in the middle of a recording: the memory (here limited to
+// 2 GB) depends on the number of frames, not on the span of their times.
 TEST(LimitTest, AClockJumpDoesNotGrowMemory) {
   const TemporaryFolder folder;
   const std::string& scene = DemoScene("4");

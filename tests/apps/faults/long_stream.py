@@ -8,8 +8,9 @@ leaving and returning under a new identity; then the room is empty for half an
 hour; this repeats. The frames are piped into `track --detections=-` (default
 window, graph.solver=sweeps), whose output frames are counted as they arrive.
 Writes memory.csv (hours of the stream, output frames, resident memory in MB,
-seconds). Fails if a frame is missing or out of order, or if the peak memory of
-the second half of the stream exceeds that of the first by more than 4 MB.
+seconds). Fails if `track` fails, if a frame is missing or out of order, or if
+the peak memory of the second half of the stream exceeds that of the first by
+more than 4 MB.
 """
 import pathlib
 import shutil

@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-// A file of a small recording, the input of all writers.
+// A file of a small recording, the input of all writers except synthesize.
 std::string Input(const char* name) { return DemoScene("0.4") + "/" + name; }
 
 // A command that writes a result OUT.
@@ -206,8 +206,8 @@ TEST_P(WriterTest, OfTwoConcurrentRunsAtLeastOneSucceeds) {
 }
 
 TEST_P(FileWriterTest, PlantedLinksAreNotFollowed) {
-  // If the temporary name were predictable, a victim's file could be
-  // overwritten.
+  // Temporary names are predictable: if links of these names were followed, a
+  // victim's file would be overwritten.
   const std::string victim = folder_.Write("victim", "precious");
   fs::create_symlink("victim", out_ + ".partial");
   // With exec, the program keeps the process ID of the shell.

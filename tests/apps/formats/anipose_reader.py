@@ -1,7 +1,7 @@
 """Reads a pose-3d table of Anipose with Python's csv module, prints JSON.
 
-Finds columns as Anipose's tools do: names of joints stand before _error. The
-rotation and the centre of each row restore positions.
+Finds joints as Anipose's tools do, by the columns NAME_error. The rotation and
+the centre of each row restore positions.
 """
 
 import csv

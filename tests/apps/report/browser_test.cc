@@ -31,7 +31,7 @@ using testing::Screen;
 constexpr const char* kHostile = "</script><img src=x onerror='hacked=1'>";
 
 constexpr Screen kDesk = {1400, 1000, 1.0, false};
-// A common phone: 390 x 844 CSS pixels, three device pixels each.
+// A common phone: 390 x 844 CSS pixels, at a device pixel ratio of 3.
 constexpr Screen kPhone = {390, 844, 3.0, true};
 constexpr Screen kPhoneOnItsSide = {844, 390, 3.0, true};
 constexpr Screen kSmallPhone = {320, 640, 2.0, true};
@@ -510,7 +510,7 @@ constexpr const char* kLeastColourDifference = R"((() => {
   return least;
 })())";
 
-// Warnings and the doctor's findings come before everything else.
+// The doctor's findings come before the 3D view; the summary has its verdict.
 TEST_F(PageInBrowser, WarningsAndFindingsComeFirst) {
   PageInput input;
   input.title = "take";
@@ -535,7 +535,8 @@ TEST_F(PageInBrowser, WarningsAndFindingsComeFirst) {
   EXPECT_THAT(TextOf("#summary"), HasSubstr("Doctor: suspect"));
 }
 
-// The saved SVG and PNG show the displayed frame.
+// The saved SVG is well formed, with bodies and a frame number; the PNG is not
+// empty.
 TEST_F(PageInBrowser, SavedPicturesShowTheDisplayedFrame) {
   Browser& browser = Open(kDesk);
   browser.Evaluate("kinegraph.setFrame(7)");

@@ -162,7 +162,8 @@ TEST_P(VideoPanels, FramesBeyondTheVideoAreMarked) {
   EXPECT_THAT(browser_->Evaluate("kinegraph.panels[0].facts.textContent")
                   .get<std::string>(),
               HasSubstr("no image of this frame"));
-  // Readable videos are part of the saved pictures.
+  // The page may read embedded videos, which are therefore part of the saved
+  // pictures, but not linked ones.
   browser_->Evaluate("kinegraph.setFrame(5)");
   WaitUntilThere();
   const std::string drawing = browser_->Evaluate("kinegraph.svgPicture()");

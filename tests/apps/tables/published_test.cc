@@ -11,9 +11,9 @@ namespace {
 
 // The printed average is the unweighted mean of the printed values of the three
 // actors. Averages with one decimal are rounded, so the error is at most half a
-// unit of the last decimal; those with two are truncated (96.797 to 96.79), so
-// it is less than a unit. Two averages of the Campus table differ, as its
-// caption states.
+// unit of the last decimal; some of those with two are truncated (96.797 to
+// 96.79), so it is less than a unit. Two averages of the Campus table differ,
+// as its caption states.
 TEST(PublishedTest, AveragesAreUnweightedMeansOfActors) {
   for (const PublishedTable& table :
        {PublishedCampus(), PublishedCampusExtended(), PublishedShelf()}) {

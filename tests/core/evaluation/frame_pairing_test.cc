@@ -255,7 +255,8 @@ TEST(PairFramesTest, PausesArePairedByTime) {
 }
 
 TEST(PairFramesTest, ContradictingTimesAndNumbersAreNoted) {
-  // Without times only the numbers of frames hint at different rates.
+  // Without times only the lengths in frames, 200 and 100, hint at different
+  // rates.
   EXPECT_THAT(PairFrames(WithoutTimes(Walk({50.0, 200})), Walk({})).notes,
               ElementsAre(HasSubstr("no times of the ground truth")));
   EXPECT_THAT(PairFrames(Walk({}), WithoutTimes(Walk({50.0, 200}))).notes,

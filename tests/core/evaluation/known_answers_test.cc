@@ -29,7 +29,7 @@ constexpr double kOneDecimal = 0.05 + 1e-9;
 constexpr double kNone = -1.0;  // a cell that the table leaves empty
 
 // Percentages of actors 0 to 3, the mean over actors 0 to 2, and this mean by
-// the strict rule.
+// the strict rule (EndpointRule::kEach).
 struct Row {
   HeadConversion head;
   PcpGroup group;

@@ -70,7 +70,7 @@ TEST(MpjpeTest, PckCountsMissingJointsAsWrong) {
   EXPECT_EQ(result.pck[1].count, 11);  // 100 mm
   EXPECT_EQ(result.pck[2].count, 12);  // 150 mm
   EXPECT_EQ(result.pck[2].total, 14);
-  // No person nearby: all joints are far.
+  // No person within the gate: all joints count as wrong.
   const MpjpeResult alone =
       EvaluateMpjpe(Alone(), Alone(Moved(StandingTum14(), 5.0), 4));
   EXPECT_EQ(alone.pck[2].count, 0);

@@ -208,7 +208,7 @@ TEST(MotionModelTest, StandingPeopleKeepHeading) {
   // Facing the other way is weaker evidence, because people turn round.
   EXPECT_LT(ratio(1.0, 3.0, 0.0), unknown - 0.4);
   EXPECT_GT(ratio(1.0, 3.0, 0.0), unknown - 1.5);
-  // Left and right are equivalent.
+  // Turns to the left and to the right are equivalent.
   EXPECT_NEAR(ratio(1.0, 0.5, 0.0), ratio(1.0, -0.5, 0.0), 1e-9);
   // After minutes, and for striding people, the heading is hardly any evidence.
   EXPECT_NEAR(ratio(120.0, 0.1, 0.0), ratio(120.0, 3.0, 0.0), 0.05);

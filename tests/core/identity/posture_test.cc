@@ -13,8 +13,8 @@ namespace {
 
 const Eigen::Vector3d kUp = Eigen::Vector3d::UnitZ();
 
-// A standing person in one frame with the right wrist (joint 10) raised by this
-// much.
+// A standing person in one frame, with the right wrist (joint 10) raised by
+// `raised_m`, rotated about the vertical axis of the world by `turn_rad`.
 LimbPosture Raised(double raised_m, double turn_rad = 0.0) {
   testing::CrowdMaker crowd(1);
   crowd.Add({0, 0, 0, {1.0, 2.0}, {0.0, 0.0}, 1.0}, 0.0);

@@ -185,8 +185,8 @@ TEST(Kinematics, UnknownUpOmitsDependentColumns) {
     EXPECT_EQ(table.IndexOf(column), -1) << column;
   }
   EXPECT_NEAR(ValueAt(table, 5, "l_knee_flexion_deg"), 0.0, 1e-6);
-  // Half of the walk's speed; two frames apart the bobbing is the same. Only
-  // rounding errors, of 1e-15 m in 0.04 s.
+  // Half of the walk's speed; two frames apart the bobbing is the same. The
+  // tolerance only has to cover rounding errors of 1e-15 m in 0.04 s.
   EXPECT_NEAR(ValueAt(table, 5, "com_speed_m_s"), 0.75, 1e-10);
   EXPECT_THAT(table.notes, ::testing::Contains(::testing::HasSubstr("--up=z")));
   KinematicsOptions options;

@@ -203,7 +203,7 @@ TEST(Scene, PeopleWalkSitGestureComeAndGo) {
     for (const TimeSpan& span : facts.present) {
       changes += span.begin_s > 0.0 ? 1 : 0;
       changes += span.end_s < options.duration_s ? 1 : 0;
-      // People appear and disappear at the edge.
+      // People appear outside the circle in which they walk.
       if (span.begin_s > 0.0) {
         EXPECT_GT(at(person->PoseAt(span.begin_s), "l_hip").head<2>().norm(),
                   5.0);

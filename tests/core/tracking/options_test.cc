@@ -59,7 +59,8 @@ TEST(Gates, MetresAndSecondsBecomePixelsAndFrames) {
   EXPECT_NEAR(scaled.reconstruction.tau_frames, 6.0, 1e-12);
 }
 
-// Gates in pixels are proportional to the size of a person's image.
+// Without a detector error (detector_px), gates in pixels are proportional to
+// the size of a person's image.
 TEST(Gates, GrowWithFocalLengthAndShrinkWithDistance) {
   TrackerOptions options;
   options.gates.units = GateUnits::kMetres;

@@ -145,8 +145,8 @@ TEST_F(TrackerTest, OneViewSufficesWhileOlderViewsCount) {
 }
 
 // A sprint start, 10 m/s^2 up to 7.6 m/s: at the end each frame is 0.3 m from
-// the previous one and 0.05 m from the prediction by the velocity of the last
-// five; 20 px are 0.1 m at 5 m.
+// the previous one and 0.05 m from the prediction by the mean velocity of five
+// frame intervals; 20 px are 0.1 m at 5 m.
 TEST_F(TrackerTest, RunnersArePredictedAhead) {
   for (const double prediction_s : {0.0, 0.2}) {
     TrackerOptions options;
@@ -286,8 +286,8 @@ TEST_F(TrackerTest, TwoOfFiveViewsAmongStraysStartNobody) {
 }
 
 // Two views have six joints of a person in common, which start a track after a
-// second; with ten joints one frame is always sufficient. In paper mode six
-// joints never suffice.
+// second; with ten joints one frame is sufficient. In paper mode six joints do
+// not suffice in two seconds.
 TEST_F(TrackerTest, PeopleWithFewJointsStartAfterASecond) {
   const auto people_after = [&](AssociationRules rules, int frames,
                                 size_t joints) {

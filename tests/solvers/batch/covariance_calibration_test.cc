@@ -1,5 +1,6 @@
 // Coverage of the reported covariances. Motion is drawn from the estimators'
-// own prior, detections from their noise model.
+// own prior, detections from their noise model; some tests add outliers,
+// correlation between frames or a larger sigma.
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>

@@ -88,7 +88,8 @@ TEST(OneEuroTest, IsExponentialSmoothingWithoutBeta) {
   }
 }
 
-// A joint that moves 1 m per frame and is not seen for three frames.
+// A joint that moves 1 m per frame along each axis and is not seen for three
+// frames.
 JointSegment WithAGap() {
   JointSegment segment;
   segment.times_s = testing::UniformTimes(6);

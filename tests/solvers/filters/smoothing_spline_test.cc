@@ -11,8 +11,9 @@ namespace {
 
 using testing::ExpectPlaces;
 
-// Expected values are from scipy.interpolate.make_smoothing_spline (scipy
-// 1.10.1); x is testing::Wiggle(30), t the times of each test.
+// Expected values with all digits are from
+// scipy.interpolate.make_smoothing_spline (scipy 1.10.1); x is
+// testing::Wiggle(30), t the times of each test.
 
 TEST(SmoothingSplineTest, EqualsScipyForAGivenLambda) {
   // s = make_smoothing_spline(t, x, lam=1e-4); s(t[[0, 1, 15, 28, 29]]) and

@@ -100,7 +100,8 @@ TEST(MotionLevelTest, LocatesABurst) {
       if (t > 1.0 && t < 3.5) {
         EXPECT_LT(levels[k], std::log(2.0)) << t;
       }
-      // One second after the burst, the level is below that of the burst.
+      // From one second after the burst on, the level is below the minimum
+      // required in the burst.
       if (t > 5.5) {
         EXPECT_LT(levels[k], std::log(20.0)) << t;
       }

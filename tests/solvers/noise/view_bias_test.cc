@@ -252,8 +252,8 @@ TEST_F(ViewBiasTest, LeftAndRightAreMirrored) {
   EXPECT_NEAR(left.y(), right.y(), 1e-9);
 }
 
-// The variance of the mean of many partly correlated errors, summed over all
-// pairs, relative to the variance of a single error.
+// The variance of the mean of many independent errors, divided by that of as
+// many partly correlated errors, which is summed over all pairs.
 TEST(IndependentShareTest, EqualsTheVarianceOfAMean) {
   const ErrorCorrelation correlation{0.8, 0.3};
   constexpr double kPeriod_s = 0.1;

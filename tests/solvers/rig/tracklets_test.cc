@@ -38,7 +38,7 @@ Detection FigureAt(const Eigen::Vector2d& place) {
   return figure;
 }
 
-// The same figure, `sizes` of its sizes to the right of the image's centre.
+// The same figure, `sizes` times its size to the right of the image's centre.
 Detection FigureAside(double sizes) {
   return FigureAt({sizes * kFigureSize, 0.0});
 }

@@ -16,7 +16,8 @@ using testing::FaultyScene;
 using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
-// A check with correct tracks, so that only cameras and clocks have errors.
+// A check with the true tracks, so that its findings are due to cameras, clocks
+// and detections only.
 // `skeleton`: of the tracks; all its joints are joints of the scene's skeleton.
 CameraCheck CheckOf(const FaultyScene& scene, const Skeleton& skeleton) {
   CameraCheck check(scene.cameras, scene.detections.header.skeleton, skeleton);

@@ -79,8 +79,8 @@ TEST(ClockSearchOfExactPeople, LagsAreExact) {
         ClocksOf(cameras, Realigned(Movers(cameras), back));
     EXPECT_TRUE(search.found());
     EXPECT_EQ(search.lag_frames, lags);
-    // Gains are 1 minus distances, with the rounding errors of a few hundred
-    // people.
+    // A score is the mean over a few hundred matched people of 1 minus a
+    // relative distance from the epipolar lines, here only rounding errors.
     EXPECT_NEAR(search.all.after.score(), 1.0, 1e-9);
     EXPECT_NEAR(search.moved.after.score(), 1.0, 1e-9);
     EXPECT_LT(search.all.before.score(), search.all.after.score());

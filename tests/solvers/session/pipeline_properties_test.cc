@@ -1,6 +1,6 @@
 // Tests the whole pipeline in graph mode on random scenes: tracks must not
-// depend on the world's pose, the order of cameras and detections, duplicate
-// detections or a camera without detections.
+// depend on the world's heading and horizontal position, the order of cameras
+// and detections, duplicate detections or a camera without detections.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

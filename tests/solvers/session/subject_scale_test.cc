@@ -71,8 +71,9 @@ TrackSequence TrackAt(double factor, const Recording& recording,
   return testing::Track(Larger(recording, factor), OptionsOf(set, mode));
 }
 
-// Largest distance between common joints and between their standard deviations,
-// in the scale of `world` [m]; infinite if people or joints differ.
+// Largest distance between corresponding joints and between their standard
+// deviations, in the scale of `world` [m]; infinite if the number of frames,
+// the people or the statuses of joints differ.
 double Apart(const TrackSequence& world, const TrackSequence& larger,
              double factor) {
   double apart = world.frames.size() == larger.frames.size() ? 0.0 : INFINITY;
@@ -242,7 +243,8 @@ TEST(SubjectScale, ConfiguredSizeIsNotMeasured) {
       Measured(HumanRecording(), 1.0, "cameras.subject_m=1.1").is_one());
 }
 
-// A lure in front of an animal is not part of it.
+// Points that are not part of the animal: three points of a lure, all at one
+// place 9 m above the floor.
 TEST(SubjectScale, PointsFarFromTheBodyHardlyMatter) {
   const Recording animal = AnimalRecording();
   Recording with_lure = animal;

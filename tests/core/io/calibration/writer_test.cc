@@ -75,9 +75,9 @@ struct Case {
 };
 
 // Tolerances: the unit roundoff, 1.1e-16, times the number of roundings, with a
-// margin. A change of unit has two; centre and rotation vector have a dozen;
-// the decomposition of a projection matrix has some fifty, times the condition
-// of K.
+// margin. A change of unit has two; a centre, a rotation vector or a quaternion
+// has a dozen; the decomposition of a projection matrix has some fifty, times
+// the condition of K.
 constexpr double kExact = 0.0;
 constexpr double kUnit = 4e-16;
 constexpr double kRotated = 1e-14;

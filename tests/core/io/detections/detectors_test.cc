@@ -86,8 +86,8 @@ TEST(DetectorFiles, MmposeErrorsNameTheEntry) {
                              "keypoints: found 17 joints, expected 26"}});
 }
 
-// The number of joints does not identify a layout: H36M has 17 joints like
-// COCO, and the 14 joints of CrowdPose match no known layout.
+// The number of joints does not identify a layout (H36M has 17 joints like
+// COCO), so names in the file take precedence; here four of the H36M joints.
 TEST(DetectorFiles, MmposeJointsFollowNamesInTheFile) {
   const auto file = [](const std::string& meta, int joints) {
     return R"({"meta_info": {)" + meta + R"(}, "instance_info": )" +
@@ -413,8 +413,8 @@ TEST(DetectorFiles, RejectsNormalisedPositions) {
         "1e+06, outside any possible image"},
        {RecordingOf(1, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", nobody),
         "outside any possible image"}});
-  // Accepted: a person in the corner of a view, and joints at a position that
-  // represents missing joints.
+  // Accepted: a person in the corner of a view, pixels in both views, no found
+  // joints, and joints at a position that represents missing joints.
   const std::string odd =
       WithReplaced(RecordingOf(20, pixels, pixels), pixels, shares);
   for (const std::string& recording :

@@ -184,8 +184,8 @@ TEST(DetectionExport, MediaPipeTablesQuoteNamesOfJoints) {
 }
 
 // A file in a format is recognised only by this format, and preserves all data
-// that the format can represent, for each joint layout that can be recognised
-// from its files.
+// that the format can represent, for joint layouts that can be recognised from
+// its files.
 TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
   int formats = 0;
   for (const DetectionFormat& format : DetectionFormats()) {

@@ -68,7 +68,8 @@ TEST(JointNames, AreRecognisedInManySpellings) {
                                      {"REar", "r_ear"},
                                      {"R ear", "r_ear"},
                                      {"r_ear", "r_ear"},
-                                     // With a unit or a subject.
+                                     // With a unit or a subject, and other
+                                     // spellings.
                                      {"LAnkle (mm)", "l_ankle"},
                                      {"LAnkle [m]", "l_ankle"},
                                      {"Anna:LAnkle", "l_ankle"},

@@ -122,7 +122,8 @@ TEST(ParseToml, AcceptedTextsNeedLittleStack) {
       }
       accepted += TomlError(text).empty() ? 1 : 0;
     }
-    // The deepest accepted nesting: header, key and brackets.
+    // Nearly 32 levels, the limit, in the header; 32 in the key and in the
+    // brackets.
     const std::string header = "[[" + Repeated("a.", 29) + "a]]\n";
     EXPECT_THAT(TomlError(header + Repeated("b.", 32) + "b = 1\n"), IsEmpty());
     EXPECT_THAT(TomlError(header + "c = " + Repeated("[", 32) +

@@ -143,7 +143,7 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
       const std::string path = folder.path() / "tracks";
       WriteAs(format, path, Tracks(), {std::nullopt, names});
       EXPECT_EQ(ReadPersonNames(path), names) << format;
-      // The tracks can be read without the names.
+      // Names do not disturb the reading of the tracks.
       const TrackSequence read = ReadTracks(path);
       ASSERT_EQ(read.frames.size(), 2u) << format;
       ASSERT_EQ(read.frames[1].people.size(), 2u) << format;
