@@ -7,8 +7,9 @@
 #include "core/io/files/text_file.h"
 
 DEFINE_string(adapter, "",
-              "your program that reads an unsupported format and prints JSON "
-              "Lines (docs/adapters.md); tried before all built-in formats");
+              "your program that reads an unsupported format and prints "
+              "kinegraph's (docs/adapters.md); tried before all built-in "
+              "formats");
 
 namespace kinegraph {
 

@@ -20,9 +20,9 @@
 namespace kinegraph {
 
 // The same result in two forms. In JSON lengths are metres or pixels, as the
-// key specifies; a Share is written as counts with their percentage, other
-// scores (such as HOTA and average precision) as fractions; undefined values
-// are null.
+// key specifies; a Share is written as counts with their percentage, a key that
+// ends in "percent" is one, and other scores (such as HOTA and average
+// precision) are fractions; undefined values are null.
 struct EvaluationOutput {
   std::string text;
   Json json;

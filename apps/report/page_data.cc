@@ -467,7 +467,7 @@ Json PageMaker::DetectionsJson() const {
           {"confidence", Base64(confidence)}};
 }
 
-// {"at": [indices on the clock], "base64": [JPEG or PNG]}; frames that are not
+// {"at": [indices of kept frames], "base64": [JPEG or PNG]}; frames that are not
 // on the page are left out.
 Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
   Json json = {{"at", Json::array()}, {"base64", Json::array()}};

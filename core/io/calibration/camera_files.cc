@@ -29,8 +29,8 @@ namespace fs = std::filesystem;
 // Decomposes P = s K [R | t] such that K is upper triangular with positive
 // diagonal and K(2,2) = 1, and det R = +1, which determines the sign of s
 // (Hartley and Zisserman, Multiple View Geometry, section 6.2.4). The RQ
-// decomposition comes from the QR decomposition of the matrix with rows and
-// columns reversed.
+// decomposition comes from the QR decomposition of the transposed matrix with
+// its columns reversed.
 void Decompose(const Eigen::Matrix<double, 3, 4>& P, CameraRecord* record) {
   const Eigen::Matrix3d M = P.leftCols<3>();
   const double largest = M.cwiseAbs().maxCoeff();

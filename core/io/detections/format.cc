@@ -10,7 +10,8 @@
 
 namespace kinegraph {
 
-// Declares the functions of a format; other sources of this folder define them.
+// Declares the functions that a format may have; other sources of this folder
+// define those that the table below uses.
 #define KINEGRAPH_DECLARE(Format)                                    \
   bool Recognise##Format(const DetectionHead& head);                 \
   std::unique_ptr<DetectionSource> Open##Format(                     \

@@ -58,10 +58,11 @@ Levels Sum(const std::vector<Levels>& evidence) {
 }
 
 TEST(MotionLevelTest, LikelihoodRecoversTheProcessNoise) {
-  // The smoother's bandwidth is (q / (R h))^(1/4), 29 to 130 rad/s, which gives
-  // about 190 to 830 independent values in 20 s on each of three axes, so ln q
-  // is accurate to about 0.1. The parabola over levels that are ln 3.2 apart
-  // adds as much. The tolerance is three times the sum.
+  // The smoother's bandwidth is (q / (R h))^(1/4), with the frame interval h:
+  // 29 to 130 rad/s, which gives about 190 to 830 independent values in 20 s on
+  // each of three axes, so ln q is accurate to about 0.1. The parabola over
+  // levels that are ln 3.2 apart adds as much. The tolerance is three times the
+  // sum.
   for (const double rate_hz : {30.0, 120.0}) {
     for (const double level : {0.3, 1.0, 30.0}) {
       std::vector<TimeNs> times;
@@ -130,7 +131,8 @@ TEST(LevelChainTest, StaysNearTheRecordingLevel) {
     LevelChain chain(level);
     // A normal distribution of spread 1 on a grid of step 1.2 from -3.7 to 6.9:
     // the step changes the mean by 2 (2 pi / 1.2) exp(-2 (pi / 1.2)^2) = 1e-5
-    // (Poisson's summation), the ends by the density beyond them, 4e-5.
+    // (Poisson's summation), the ends by about the density half a step beyond
+    // -3.7, 4e-5.
     EXPECT_NEAR(chain.stationary().dot(log_levels), level, 1e-4);
     // Jumps to any level (0.2 per second) draw the mean level towards the
     // middle of the grid, but the return to the recording's level (rate 1 / 0.5
