@@ -123,7 +123,7 @@ Json ChangeJson(const CameraChange& change) {
           {"clock_ppm", 1e6 * change[kDriftAt]}};
 }
 
-// Data with which a later run repeats the refinement.
+// The refinement that a later run applies without estimating it again.
 Json RecordJson(const RefinementRecord& record) {
   Json cameras = Json::array();
   for (const RefinementRecord::Camera& camera : record.cameras) {
@@ -183,7 +183,7 @@ std::string GroundText(const ReadyRecording& recording) {
   if (!recording.ground.has_value()) return "";
   return fmt::format(
       "floor: the world was tilted by {:.1f} degrees; the distances of {} "
-      "resting feet from the floor have an RMS of {:.0f} mm\n",
+      "positions of resting feet from the floor have an RMS of {:.0f} mm\n",
       recording.ground->tilt_deg, recording.ground->foot_count,
       1e3 * recording.ground->spread_m);
 }

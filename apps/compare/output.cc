@@ -613,7 +613,8 @@ std::string CompareMarkdown(const CompareResult& result,
   std::string text = fmt::format(
       "# Smoothing strategies compared\n\nFrames {} at {} Hz, {} cameras, {}, "
       "{} scored joints. The matches of one run are frozen; every "
-      "strategy gets the same detections, joints filter and triangulation. "
+      "strategy gets the same detections and, except for those on robust "
+      "triangulation, the same joints filter and triangulation. "
       "Held-out error: each camera is left out of the frozen matches in turn, "
       "and the pose estimated from the others is projected into it "
       "(`held_out_camera_fixed_association`). For every strategy, a person is "

@@ -293,7 +293,8 @@ std::string EventText(const MarkerStudy& study) {
                 markers.events.size(), method(markers), tracks.events.size(),
                 method(tracks));
   if (study.true_on_plates.empty()) return text;
-  Table table({"plate event", "time, s", "markers, ms", "tracks, ms"});
+  Table table(
+      {"plate event", "time, s", "markers - plate, ms", "tracks - plate, ms"});
   const auto ms = [](double seconds) { return Fixed(kMm * seconds, 1); };
   for (size_t i = 0; i < study.true_on_plates.size(); ++i) {
     const TimedEvent& event = study.true_on_plates[i];

@@ -259,7 +259,7 @@ void CheckMirror(const std::vector<std::string>& view_names,
                               seen.header.skeleton);
   if (!noses.are_backwards()) return;
   const std::string behind =
-      fmt::format("noses are behind the shoulders in {} of {} people",
+      fmt::format("noses are behind the shoulders in {} of {} poses",
                   noses.backwards, noses.looked_at);
   if (StandOnHeads(seen)) {
     rig->verdict = RigVerdict::kRefused;

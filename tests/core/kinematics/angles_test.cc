@@ -81,7 +81,7 @@ TEST(JointAngles, LimbAnglesMatchHandComputedValues) {
     SCOPED_TRACE(s);
     const std::string other = s == "l_" ? "r_" : "l_";
     const double outward = s == "l_" ? 1.0 : -1.0;
-    // The heel moves up behind the body, the hand in front of it.
+    // The ankle moves up behind the body, the hand in front of it.
     ExpectAngles(Turned({s + "knee", s + "ankle"}, 90, kY),
                  {{s + "knee_flexion", 90}, {other + "knee_flexion", 0}});
     ExpectAngles(Turned({s + "elbow", s + "wrist"}, -135, kY),

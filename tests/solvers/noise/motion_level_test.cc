@@ -178,8 +178,7 @@ TEST_P(FilterBankPauses, DoNotDegradeTheLikelihoods) {
     ASSERT_TRUE(std::isfinite(whole[level])) << "level " << level;
     // The spread of the prediction, with a variance below q (pause + 1 s)^3,
     // reduces the log-likelihood of the first point after the pause by half the
-    // logarithm of this variance over the noise's on each axis; a filter that
-    // restarts at the point predicts no spread.
+    // logarithm of this variance over the noise's on each axis.
     const double spread =
         usual * std::exp(LogLevel(level)) * std::pow(GetParam() + 1.0, 3.0);
     const double bound = 1.5 * std::log1p(spread / (kSigmaM * kSigmaM)) + 10.0;

@@ -124,9 +124,8 @@ TEST_F(ViewBiasTest, EstimatesTheSimulatedBias) {
   EXPECT_TRUE(hip.used);
   EXPECT_NEAR(learnt.azimuth_deg, 360.0, 1e-9);
   // 3000 observations with errors of 8 mm and features with a mean square of
-  // 0.5 determine a coefficient to 0.2 mm; the ridge and the part of the bias
-  // that the joint's position absorbs (three of the ten pixel coordinates of
-  // five views) make it too small by 1 mm. The tolerance is twice that.
+  // 0.5 determine a coefficient to 0.2 mm; the ridge makes it too small by less
+  // than 0.1 mm. The tolerance is ten times the former.
   for (size_t i = 0; i < kViewFeatureCount; ++i) {
     if (i >= 7) continue;  // undetermined, as all cameras have the same height
     EXPECT_NEAR(hip.across_m[i], recording.bias.across_m[i], 2e-3) << i;
