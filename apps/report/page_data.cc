@@ -467,8 +467,8 @@ Json PageMaker::DetectionsJson() const {
           {"confidence", Base64(confidence)}};
 }
 
-// {"at": [indices of kept frames], "base64": [JPEG or PNG]}; frames that are not
-// on the page are left out.
+// {"at": [indices of kept frames], "base64": [JPEG or PNG]}; frames that are
+// not on the page are left out.
 Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
   Json json = {{"at", Json::array()}, {"base64", Json::array()}};
   for (const auto& [number, bytes] : pictures) {
